@@ -33,6 +33,22 @@ pub struct Model {
     pub joints: Vec<ModelJoint>,
     /// Tool centre point, where the tool cuts. The sensors sit there unless `[mounting]` in `EDGE.toml` places them elsewhere.
     pub tcp: Tcp,
+    /// How far the bodies of the links may be off, where the import guessed them: in place of what is typical, unless `[accuracy]` in
+    /// `EDGE.toml` states it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub accuracy: Option<MassAccuracy>,
+}
+
+/// How far the bodies of the links may be off, one standard deviation each.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MassAccuracy {
+    /// Mass of each link, relative, at most 0.5.
+    pub link_mass: f64,
+    /// Its moments of inertia beside its mass, as a logarithm, at most 1.
+    pub link_inertia: f64,
+    /// Its centre of mass along each axis, m, at most 0.5.
+    pub centre_of_mass_m: f64,
 }
 
 /// One joint and its link.
@@ -141,6 +157,16 @@ pub enum ModelError {
     /// Two joints have the same name.
     #[error("joint {0:?}: the name is there twice")]
     Twice(String),
+    /// An accuracy is negative, or too large for a fit.
+    #[error("[accuracy] {key} is {value}: must be 0 to {most}, one standard deviation")]
+    Accuracy {
+        /// Key in the file.
+        key: &'static str,
+        /// Value as given.
+        value: f64,
+        /// Largest value.
+        most: f64,
+    },
 }
 
 impl Model {
@@ -191,6 +217,7 @@ impl Model {
         }
         finite("tcp", "xyz_m", &self.tcp.xyz_m)?;
         finite("tcp", "rpy_rad", &self.tcp.rpy_rad)?;
+        self.accuracy.as_ref().map_or(Ok(()), MassAccuracy::check)?;
         let joints: Vec<Joint> = self.joints.iter().map(ModelJoint::joint).collect();
         let name = |index: usize| self.joints[index].name.clone();
         Chain::new(&joints, pose(self.tcp.xyz_m, self.tcp.rpy_rad)).map_err(|error| match error {
@@ -204,6 +231,23 @@ impl Model {
                 key: "its pose",
             },
         })
+    }
+}
+
+impl MassAccuracy {
+    /// Checks that each value is one that `[accuracy]` of a configuration may have.
+    fn check(&self) -> Result<(), ModelError> {
+        let Self { link_mass, link_inertia, centre_of_mass_m } = *self;
+        let mut all = [
+            ("link_mass", link_mass, 0.5),
+            ("link_inertia", link_inertia, 1.0),
+            ("centre_of_mass_m", centre_of_mass_m, 0.5),
+        ]
+        .into_iter();
+        match all.find(|(_, value, most)| !(0.0..=*most).contains(value)) {
+            Some((key, value, most)) => Err(ModelError::Accuracy { key, value, most }),
+            None => Ok(()),
+        }
     }
 }
 
@@ -302,7 +346,11 @@ mod tests {
             inertia_kg_m2: [1.0, 1.2, 1.1, 0.1, 0.0, -0.1],
         };
         let tcp = Tcp { name: "tool0".to_string(), xyz_m: [1.0, 0.0, 0.0], rpy_rad: [0.0; 3] };
-        Model { name: "arm".to_string(), joints: vec![joint("a"), joint("b")], tcp }
+        Model { name: "arm".to_string(), joints: vec![joint("a"), joint("b")], tcp, accuracy: None }
+    }
+
+    fn guess(link_mass: f64) -> MassAccuracy {
+        MassAccuracy { link_mass, link_inertia: 0.4, centre_of_mass_m: 0.06 }
     }
 
     fn fix(joint: &mut ModelJoint) {
@@ -319,6 +367,9 @@ mod tests {
         assert_eq!([text.matches("axis =").count(), text.matches("limits =").count()], [1, 1]);
         assert_eq!(Model::parse(Path::new("m.toml"), &text).unwrap(), model);
         assert_eq!(model.chain().unwrap().driven(), 1);
+        assert!(!text.contains("accuracy"));
+        model.accuracy = Some(guess(0.3));
+        assert_eq!(Model::parse(Path::new("m.toml"), &model.to_toml().unwrap()).unwrap(), model);
     }
 
     #[test]
@@ -343,7 +394,7 @@ mod tests {
     #[test]
     fn mistakes_name_the_joint() {
         type Mistake = fn(&mut Model);
-        let table: [(Mistake, &str); 12] = [
+        let table: [(Mistake, &str); 14] = [
             (|m| m.joints.clear(), "has 0 joints: flexid identifies 1 to 7"),
             (|m| m.joints[1].mass_kg = -1.0, r#"joint "b": mass_kg is -1: must be positive"#),
             (|m| m.joints[1].name = "a".into(), r#"joint "a": the name is there twice"#),
@@ -362,6 +413,8 @@ mod tests {
             ),
             (|m| m.joints.iter_mut().for_each(fix), "has fixed joints alone: the robot's"),
             (|m| m.tcp.xyz_m[0] = f64::INFINITY, "tcp: xyz_m has a number that is not finite"),
+            (|m| m.accuracy = Some(guess(0.6)), "[accuracy] link_mass is 0.6: must be 0 to 0.5"),
+            (|m| m.accuracy = Some(guess(f64::NAN)), "[accuracy] link_mass is NaN: must be 0"),
         ];
         for (mistake, message) in table {
             let mut model = model();

@@ -41,11 +41,10 @@ pub(super) fn judge(config: &Config) -> Vec<Finding> {
         let tests = count(config.statics.tests.len() as u64, "static test");
         findings.push(Finding::right(ABOUT, format!("{tests} in [static] file")));
     }
-    // What is known as well as a guess by the length of the arm says no more than that, and no less.
-    let guessed = urdf::SpreadAccuracy::on(&config.model).centre_of_mass_rounded_up();
-    let is_guess = |key: &str| {
-        key == "centre_of_mass_m" && config.accuracies.centre_of_mass <= guessed * (1.0 + 1e-9)
-    };
+    // A guess is what the model says of itself.
+    let guessed = config.model.accuracy.map_or(0.0, |guessed| guessed.centre_of_mass_m);
+    let is_guess =
+        |key: &str| key == "centre_of_mass_m" && config.accuracies.centre_of_mass <= guessed;
     let loose = loose(&config.accuracies).filter(|(key, _)| !is_guess(key));
     findings.extend(loose.map(|(key, times)| {
         Finding::new(
@@ -117,6 +116,7 @@ fn of_gravity(config: &Config) -> Option<Finding> {
 #[cfg(test)]
 mod tests {
     use flexid_core::imperfection::Accuracies;
+    use flexid_pipeline::model::MassAccuracy;
 
     use crate::check::Check;
     use crate::check::fixture::{config, other_angle};
@@ -167,12 +167,13 @@ mod tests {
         assert!(only.starts_with("[accuracy] tcp_m is 500 times as large as is typical"), "{only}");
     }
 
-    /// `new --mass` states a centre of mass as well as it guesses it.
+    /// The model says how well it guesses a centre of mass.
     #[test]
     fn the_accuracy_of_a_guess_is_not_doubtful() {
         let mut config = config();
-        let guessed = urdf::SpreadAccuracy::on(&config.model).centre_of_mass_rounded_up();
-        assert!(guessed > 20.0 * Accuracies::typical().centre_of_mass, "{guessed}");
+        let guessed = 21.0 * Accuracies::typical().centre_of_mass;
+        config.model.accuracy =
+            Some(MassAccuracy { link_mass: 0.3, link_inertia: 0.4, centre_of_mass_m: guessed });
         let mut is_doubtful = |centre_of_mass: f64| {
             config.accuracies = Accuracies { centre_of_mass, ..Accuracies::typical() };
             judge(&config).iter().any(|own| own.finding.contains("centre_of_mass_m"))

@@ -9,8 +9,8 @@ use flexid_pipeline::input::{self, BadInput};
 use flexid_pipeline::text::count;
 use flexid_report::evidence::quoted;
 
-use crate::new::{self, EDGE, Origin, PATH, PLANT};
-use crate::urdf::{self, Base};
+use crate::new::{self, EDGE, PATH, PLANT};
+use crate::urdf::{self, Base, Masses};
 
 const AFTER_HELP: &str = "Examples:
   $ flexid new kr210.urdf --tcp tip --out kr210
@@ -26,8 +26,8 @@ pub(super) struct Args {
     /// from are listed
     #[arg(long, value_name = "LINK")]
     tcp: Option<String>,
-    /// Mass of the robot by its data sheet, base and tool included. It is spread over the links that have none in the file, and [accuracy]
-    /// says how far that may be off
+    /// Mass of the robot by its data sheet, base and tool included. It is spread over the links that have none in the file, and the model
+    /// says how far that may be off. With the meshes at hand, `model import --total-mass` is nearer
     #[arg(long, value_name = "KG")]
     mass: Option<f64>,
     /// The folder to be made: model.toml, robot.dbc, edge.toml, scenario.toml, plant.toml, path.csv
@@ -43,19 +43,19 @@ pub(super) fn run(args: &Args) -> Result<()> {
         return Err(bad(&"is empty: name a URDF file").into());
     }
     let Some(tcp) = &args.tcp else { return Err(bad(&urdf::without_tcp(&text)).into()) };
-    let imported = urdf::import_with_mass(&text, tcp, Base::Rigid, args.mass);
+    let masses = Masses { total: args.mass.map(|kg| (kg, "--mass")), ..Masses::default() };
+    let imported = urdf::import_with_masses(&text, tcp, Base::Rigid, &masses);
     let imported = imported.map_err(|error| match error {
         urdf::UrdfError::NoMass(_) => {
             bad(&format!("{error}, or add --mass KG, the robot's mass by its data sheet"))
         }
         error => bad(&error),
     })?;
-    let model = imported.model;
+    let model = &imported.model;
     let chain = model.chain().map_err(|error| bad(&error))?;
     let folder = NewFolder::create(out)?;
     let name = file.file_name().unwrap_or_default().to_string_lossy();
-    let origin = Origin { urdf: &name, spread: imported.spread };
-    let files = new::files(&model, &chain, &origin)?;
+    let files = new::files(&imported, &chain, &name)?;
     for warning in imported.warnings.iter().chain(&files.warnings) {
         complain(&format!("warning: {}: {warning}", file.display()));
     }

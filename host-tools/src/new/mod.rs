@@ -22,7 +22,7 @@ use flexid_simulation::plausible;
 use rand_core::SeedableRng as _;
 use rand_xoshiro::Xoshiro256PlusPlus;
 
-use crate::urdf::SpreadAccuracy;
+use crate::urdf::Imported;
 
 /// Name of the configuration in the folder.
 pub(crate) const EDGE: &str = "edge.toml";
@@ -34,15 +34,6 @@ pub(crate) const PATH: &str = "path.csv";
 /// Seed of the plausible robot and of its plant.
 const SEED: u64 = 1;
 
-/// The origin of a robot.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Origin<'a> {
-    /// Name of the URDF file.
-    pub(crate) urdf: &'a str,
-    /// How far masses may be off that are not the file's.
-    pub(crate) spread: Option<SpreadAccuracy>,
-}
-
 /// The files of a folder, each with its name and its text, and a warning for each thing that could not be had.
 #[derive(Clone, Debug)]
 pub(crate) struct Files {
@@ -50,20 +41,21 @@ pub(crate) struct Files {
     pub(crate) warnings: Vec<String>,
 }
 
-/// The files for the robot of `model`, whose chain is `chain`.
+/// The files for the robot of the file `urdf`, whose chain is `chain`.
 ///
 /// # Errors
 /// The model cannot be written.
-pub(crate) fn files(model: &Model, chain: &Chain, origin: &Origin<'_>) -> anyhow::Result<Files> {
+pub(crate) fn files(imported: &Imported, chain: &Chain, urdf: &str) -> anyhow::Result<Files> {
+    let model = &imported.model;
     let (poses, warning) = poses::choose(model, chain);
     let robot = plausible::draw(chain, &mut Xoshiro256PlusPlus::seed_from_u64(SEED));
     let force = scenario::force(chain, &robot);
     let files = [
-        (MODEL, model.to_toml()?),
+        (MODEL, imported.to_toml()?),
         (DBC, dbc::text(model, force)),
-        (EDGE, edge::text(model, origin)),
+        (EDGE, edge::text(model, urdf)),
         (SCENARIO, scenario::text(model, chain, &robot, force, &poses)),
-        (PLANT, plant::text(model, origin)),
+        (PLANT, plant::text(model)),
         (PATH, path::text(model, &poses, force)),
     ];
     Ok(Files { files, warnings: warning.into_iter().collect() })

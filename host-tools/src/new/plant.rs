@@ -8,7 +8,7 @@ use flexid_pipeline::model::Model;
 use rand_core::{Rng, SeedableRng as _};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
-use super::{Origin, SEED};
+use super::SEED;
 
 /// Damping of ground and hose over their stiffness, s. Chosen: a loss factor of 3 % at 50 Hz, as of bolted steel.
 const LAG: f64 = 1e-4;
@@ -47,18 +47,18 @@ fn tidy(value: f64) -> f64 {
     format!("{value:.2e}").parse().unwrap_or(value)
 }
 
-/// A plant of the robot of `model`, within the accuracies that the configuration of the folder states.
-pub(super) fn text(model: &Model, origin: &Origin<'_>) -> String {
+/// A plant of the robot of `model`, within the accuracies that the configuration of the folder takes.
+pub(super) fn text(model: &Model) -> String {
     let mut typical = Accuracies::typical();
-    if let Some(spread) = origin.spread {
-        typical.mass = spread.mass;
-        typical.inertia = spread.inertia;
-        typical.centre_of_mass = spread.centre_of_mass_m;
+    if let Some(guessed) = model.accuracy {
+        typical.mass = guessed.link_mass;
+        typical.inertia = guessed.link_inertia;
+        typical.centre_of_mass = guessed.centre_of_mass_m;
     }
     let mut errors = Errors(Xoshiro256PlusPlus::seed_from_u64(SEED));
     let (joints, driven) = (model.joints.len(), model.driven().count());
     let mut text = "# A plant for `flexid simulate --plant`: what a real one has beside the model, each error drawn up to half of the accuracy that edge.toml takes as\n\
-                    # assumed or states. All entries are in flexid's manual: host-tools/docs/simulate.md.\n"
+                    # assumed, or the model states. All entries are in flexid's manual: host-tools/docs/simulate.md.\n"
         .to_owned();
     for (section, own) in
         [("force_sensor", typical.force), ("accelerometer", typical.accelerometer)]

@@ -6,7 +6,7 @@ use flexid_simulation::plant::Plant;
 use flexid_simulation::scenario::{Scenario, reach};
 
 use super::*;
-use crate::urdf::{Base, import_with_mass};
+use crate::urdf::{Base, Imported, Masses, import_with_masses};
 
 pub(super) fn mill3() -> (Model, Chain) {
     let file = concat!(env!("CARGO_MANIFEST_DIR"), "/scenario/mill3-model.toml");
@@ -18,7 +18,8 @@ pub(super) fn mill3() -> (Model, Chain) {
 /// Published robots of six and seven joints, one without masses.
 fn published() -> [(Model, Chain); 3] {
     let robot = |text: &str, tcp: &str, kg: Option<f64>| {
-        let model = import_with_mass(text, tcp, Base::Rigid, kg).unwrap().model;
+        let masses = Masses { total: kg.map(|kg| (kg, "--mass")), ..Masses::default() };
+        let model = import_with_masses(text, tcp, Base::Rigid, &masses).unwrap().model;
         let chain = model.chain().unwrap();
         (model, chain)
     };
@@ -68,8 +69,8 @@ fn the_scenario_of_any_robot_is_read() {
     model.joints[1].limits = [0.0, 2.0];
     model.joints[2].axis = [0.5, 0.5, 0.0];
     let chain = model.chain().unwrap();
-    let origin = Origin { urdf: "my \"robot\".urdf", spread: None };
-    let files = files(&model, &chain, &origin).unwrap();
+    let imported = Imported { model: model.clone(), warnings: Vec::new(), origins: Vec::new() };
+    let files = files(&imported, &chain, "my \"robot\".urdf").unwrap();
     let [_, (_, dbc), _, (_, scenario), (_, plant), (_, path)] = &files.files;
     let scenario = Scenario::parse(Path::new("scenario.toml"), scenario, &model).unwrap();
     assert_eq!(scenario.experiments.len(), 8);

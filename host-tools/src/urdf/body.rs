@@ -38,6 +38,21 @@ impl Body {
         self.inertia += other.inertia;
     }
 
+    /// The body in a frame in which its own frame has this pose.
+    pub(super) fn at(&self, pose: &Isometry3<f64>) -> Self {
+        let centre = pose * Isometry3::from(self.centre_of_mass());
+        Self::new(self.mass, &centre, &self.central_inertia())
+    }
+
+    /// The body of the same shape with `factor` times the mass.
+    pub(super) fn scaled(&self, factor: f64) -> Self {
+        Self {
+            mass: factor * self.mass,
+            first_moment: factor * self.first_moment,
+            inertia: factor * self.inertia,
+        }
+    }
+
     /// Centre of mass, m; the origin for a body without mass.
     pub(super) fn centre_of_mass(&self) -> Vector3<f64> {
         if self.mass > 0.0 { self.first_moment / self.mass } else { Vector3::zeros() }

@@ -7,51 +7,78 @@ use roxmltree::{Document, Error, Node, ParsingOptions};
 use super::error::UrdfError;
 
 /// All links and joints, in the order of the file.
-pub(super) struct Robot {
-    pub(super) name: String,
-    pub(super) links: Vec<Link>,
-    pub(super) joints: Vec<Joint>,
+pub(crate) struct Robot {
+    pub(crate) name: String,
+    pub(crate) links: Vec<Link>,
+    pub(crate) joints: Vec<Joint>,
 }
 
-pub(super) struct Link {
-    pub(super) name: String,
+pub(crate) struct Link {
+    pub(crate) name: String,
     /// `None` without `<inertial>`.
-    pub(super) inertial: Option<Inertial>,
+    pub(crate) inertial: Option<Inertial>,
+    /// What stands for the link against collisions, and what draws it. Empty where they are not asked for.
+    pub(super) shapes: [Vec<Shape>; 2],
 }
 
-pub(super) struct Inertial {
-    /// Mass, kg.
-    pub(super) mass: f64,
-    /// Pose of the centre of mass in the frame of the link.
-    pub(super) centre: Isometry3<f64>,
-    /// Inertia about the centre of mass, along the axes of `centre`, kg m².
-    pub(super) inertia: Matrix3<f64>,
-}
-
-pub(super) struct Joint {
-    pub(super) name: String,
-    /// Type of the joint, in the file's words: `revolute`, `fixed`…
-    pub(super) kind: String,
-    /// Name of the link before.
-    pub(super) parent: String,
-    /// Name of the link that it carries.
-    pub(super) child: String,
-    /// Pose of the joint in the frame of the link before.
+/// A body in the frame of a link.
+pub(super) struct Shape {
+    /// Pose of the shape in the frame of the link.
     pub(super) origin: Isometry3<f64>,
+    pub(super) form: Form,
+}
+
+/// The form of a body about its own origin; lengths in m.
+pub(super) enum Form {
+    /// A file, and what its coordinates are multiplied by.
+    Mesh {
+        file: String,
+        scale: [f64; 3],
+    },
+    Box([f64; 3]),
+    /// Along z.
+    Cylinder {
+        radius: f64,
+        length: f64,
+    },
+    Sphere {
+        radius: f64,
+    },
+}
+
+pub(crate) struct Inertial {
+    /// Mass, kg.
+    pub(crate) mass: f64,
+    /// Pose of the centre of mass in the frame of the link.
+    pub(crate) centre: Isometry3<f64>,
+    /// Inertia about the centre of mass, along the axes of `centre`, kg m².
+    pub(crate) inertia: Matrix3<f64>,
+}
+
+pub(crate) struct Joint {
+    pub(crate) name: String,
+    /// Type of the joint, in the file's words: `revolute`, `fixed`…
+    pub(crate) kind: String,
+    /// Name of the link before.
+    pub(crate) parent: String,
+    /// Name of the link that it carries.
+    pub(crate) child: String,
+    /// Pose of the joint in the frame of the link before.
+    pub(crate) origin: Isometry3<f64>,
     /// Axis of the drive, of any length.
-    pub(super) axis: Vector3<f64>,
+    pub(crate) axis: Vector3<f64>,
     /// Lower and upper limit, rad or m. `None` without `<limit>`.
-    pub(super) limits: Option<[f64; 2]>,
+    pub(crate) limits: Option<[f64; 2]>,
     /// The joint that it follows.
-    pub(super) leader: Option<String>,
+    pub(crate) leader: Option<String>,
 }
 
 /// The kind of a file in XML that has no other.
 const XML: &str = "an XML file";
 
 impl Robot {
-    /// Reads the text of a URDF file.
-    pub(super) fn read(text: &str) -> Result<Self, UrdfError> {
+    /// Reads the text of a URDF file, with the shapes of its links or without them.
+    pub(super) fn read(text: &str, shapes: Shapes) -> Result<Self, UrdfError> {
         let options = ParsingOptions { allow_dtd: true, ..ParsingOptions::default() };
         let is_other = |own: &&str| !own.starts_with("a URDF") && *own != XML;
         let other = || input::seems(text).filter(is_other);
@@ -76,7 +103,7 @@ impl Robot {
         let version: Option<f64> =
             root.attribute("version").and_then(|own| own.trim().parse().ok());
         let unstated = if version.is_some_and(|own| own >= 1.2) { f64::INFINITY } else { 0.0 };
-        let links = children(root, "link").map(Link::read);
+        let links = children(root, "link").map(|node| Link::read(node, shapes));
         let joints = children(root, "joint").map(|node| Joint::read(node, unstated));
         Ok(Self {
             name: root.attribute("name").unwrap_or_default().to_owned(),
@@ -86,8 +113,20 @@ impl Robot {
     }
 }
 
+/// The use of the shapes of links. What is not used may be anything.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Shapes {
+    Used,
+    Unused,
+}
+
 impl Link {
-    fn read(node: Node) -> Result<Self, UrdfError> {
+    /// A link without shapes.
+    pub(crate) fn new(name: &str, inertial: Option<Inertial>) -> Self {
+        Self { name: name.to_owned(), inertial, shapes: Default::default() }
+    }
+
+    fn read(node: Node, shapes: Shapes) -> Result<Self, UrdfError> {
         let own = Named::new("link", node)?;
         let inertial = match child(node, "inertial") {
             Some(inertial) => {
@@ -104,7 +143,35 @@ impl Link {
             }
             None => None,
         };
-        Ok(Self { name: own.name.to_owned(), inertial })
+        let of = |name| match shapes {
+            Shapes::Used => children(node, name).map(|node| Shape::read(&own, node)).collect(),
+            Shapes::Unused => Ok(Vec::new()),
+        };
+        let shapes = [of("collision")?, of("visual")?];
+        Ok(Self { name: own.name.to_owned(), inertial, shapes })
+    }
+}
+
+impl Shape {
+    /// Reads a `<collision>` or a `<visual>` of the link `own`.
+    fn read<'a>(own: &Named<'a>, node: Node<'a, '_>) -> Result<Self, UrdfError> {
+        let geometry = own.child(node, "geometry")?;
+        let form = if let Some(mesh) = child(geometry, "mesh") {
+            let scale = match mesh.attribute("scale") {
+                Some(_) => own.finite(mesh, "scale")?,
+                None => [1.0; 3],
+            };
+            Form::Mesh { file: own.attribute(mesh, "filename")?.to_owned(), scale }
+        } else if let Some(cuboid) = child(geometry, "box") {
+            Form::Box(own.finite(cuboid, "size")?)
+        } else if let Some(cylinder) = child(geometry, "cylinder") {
+            let of = |name| own.finite::<1>(cylinder, name).map(|[own]| own);
+            Form::Cylinder { radius: of("radius")?, length: of("length")? }
+        } else {
+            let [radius] = own.finite(own.child(geometry, "sphere")?, "radius")?;
+            Form::Sphere { radius }
+        };
+        Ok(Self { origin: own.origin(node)?, form })
     }
 }
 
@@ -147,7 +214,7 @@ impl Joint {
 }
 
 /// The type of a joint without a drive.
-pub(super) const FIXED: &str = "fixed";
+pub(crate) const FIXED: &str = "fixed";
 /// Attributes of `<limit>` and of `<origin>`.
 const OF_LIMIT: [&str; 7] =
     ["lower", "upper", "effort", "velocity", "acceleration", "deceleration", "jerk"];

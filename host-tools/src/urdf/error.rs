@@ -1,7 +1,11 @@
 //! Why a URDF file is refused.
 
+use std::path::PathBuf;
+
 use flexid_core::MAX_JOINTS;
 use flexid_pipeline::model::ModelError;
+
+use crate::mesh::MeshError;
 
 /// Largest mass of a link. A larger one is an error in the file.
 pub(super) const HEAVIEST_KG: f64 = 1e6;
@@ -167,6 +171,48 @@ pub enum UrdfError {
     /// A mass that cannot be spread over the links.
     #[error("{0}")]
     Spread(String),
+    /// A mesh that is not there.
+    #[error("link '{link}': no mesh {file:?}: {mend}")]
+    NoMesh {
+        /// The link.
+        link: String,
+        /// The name in the file.
+        file: String,
+        /// Where it was looked for, and what helps.
+        mend: String,
+    },
+    /// A mesh that gives no body.
+    #[error("link '{link}': {}: {fault}", file.display())]
+    Mesh {
+        /// The link.
+        link: String,
+        /// The mesh.
+        file: PathBuf,
+        /// The fault.
+        fault: MeshError,
+    },
+    /// A shape that is no body.
+    #[error("link '{0}' has a box, cylinder or sphere whose sizes are not all positive")]
+    Shape(String),
+    /// A mesh that is far larger or smaller than the arm.
+    #[error(
+        "the mesh of link '{link}' is {size:.3} m across, and the arm {arm:.2} m long: put the right scale into its <mesh>, for a mesh in \
+         millimetres scale=\"0.001 0.001 0.001\""
+    )]
+    Scale {
+        /// The link.
+        link: String,
+        /// Diagonal of the mesh, m.
+        size: f64,
+        /// Length of the arm, m.
+        arm: f64,
+    },
+    /// Links that have no mass, and no shape from which one follows.
+    #[error(
+        "no mass on {}, and no <collision> or <visual> from whose volume it follows: give each an <inertial>",
+        .0.iter().map(|(link, joint)| format!("link '{link}' (moved by '{joint}')")).collect::<Vec<_>>().join(", ")
+    )]
+    NoShape(Vec<(String, String)>),
     /// Any other fault of the model.
     #[error("{0}")]
     Model(ModelError),

@@ -8,25 +8,36 @@ mod arms;
 mod body;
 mod document;
 mod error;
+mod meshes;
 mod pedestal;
 mod plausibility;
+mod shapes;
 mod spread;
 mod tree;
 
+use std::fmt::Write as _;
+use std::path::Path;
+
 use flexid_core::MAX_JOINTS;
 use flexid_core::chain::{INERTIA_TOLERANCE, inertia_excess};
+use flexid_core::imperfection::BASE_OVER_MOVING;
 use flexid_pipeline::model::{Kind, Model, ModelError, ModelJoint, Tcp};
-use nalgebra::{Isometry3, Matrix3, Unit};
+use nalgebra::{Isometry3, Matrix3, Translation3, Unit, Vector3};
 
 use body::Body;
-use document::{Inertial, Joint, Robot};
+use document::Shapes;
+pub(crate) use document::{FIXED, Inertial, Joint, Link, Robot};
 pub use error::UrdfError;
 use error::{HEAVIEST_KG, shown};
+use meshes::Part;
 pub(crate) use plausibility::{Doubt, limits_in_degrees};
+use shapes::Drawn;
 use tree::Tree;
 
 /// Places of `[ixx, iyy, izz, ixy, ixz, iyz]` in the matrix.
 const INERTIA_ORDER: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)];
+/// Density of spindle, clamp, sensor and tool together, kg/m³. Chosen: half of steel.
+const PAYLOAD_DENSITY: f64 = 4000.0;
 
 /// A robot imported from a URDF file.
 #[derive(Clone, Debug)]
@@ -35,20 +46,8 @@ pub struct Imported {
     pub model: Model,
     /// Warnings for the engineer, one sentence each.
     pub warnings: Vec<String>,
-    /// How far masses may be off that are not the file's, but spread over its links; `None` if there are none.
-    pub spread: Option<SpreadAccuracy>,
-}
-
-/// How far masses that were spread may be off, one standard deviation each: root mean squares over 20 published arms of six and seven joints,
-/// each met by a shape that the others give. Last links are left out, since what counts there is the tool.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SpreadAccuracy {
-    /// Mass of each link, relative.
-    pub mass: f64,
-    /// Its moments of inertia beside its mass, as a logarithm: a factor of two.
-    pub inertia: f64,
-    /// Its centre of mass along each axis, m.
-    pub centre_of_mass_m: f64,
+    /// Where the masses come from that are not the file's, a line each. Empty if all are the file's.
+    pub origins: Vec<String>,
 }
 
 /// Support of the first driven joint.
@@ -60,57 +59,82 @@ pub enum Base {
     Pedestal,
 }
 
+/// Where the masses come from of links that have none in the file.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Masses<'a> {
+    /// Mass of the robot by its data sheet, kg, and the option of the command line that states it. `None`: a link without a mass is an error.
+    pub total: Option<(f64, &'a str)>,
+    /// The folder from which the paths of meshes begin. `Some`: the total is that of the robot without its tool, and what is not in the file follows
+    /// from meshes, if links have any. `None`: the total includes the tool, and is spread over the length of the arm.
+    pub folder: Option<&'a Path>,
+    /// Mass of what the flange carries beside the file, kg.
+    pub payload_kg: f64,
+}
+
 /// Reads the chain from the root to the link `tcp` out of the text of a URDF file. On a pedestal, what the file has before the first
 /// movable joint becomes the pedestal's body.
 ///
 /// # Errors
 /// The error names the link or the joint, and the correction.
 pub fn import(text: &str, tcp: &str, base: Base) -> Result<Imported, UrdfError> {
-    import_with_mass(text, tcp, base, None)
+    import_with_masses(text, tcp, base, &Masses::default())
 }
 
-/// [`import`] with a mass: where links have no mass, `total_kg`, the mass of the robot by its data sheet, is spread over them.
+/// [`import`], where links without a mass get one.
 ///
 /// # Errors
-/// Those of [`import`]; also if there is no link to spread the mass over, or no mass left.
-pub fn import_with_mass(
+/// Those of [`import`]; also if there is no link that needs a mass, if no mass is left, or if a mesh gives no body.
+pub fn import_with_masses(
     text: &str,
     tcp: &str,
     base: Base,
-    total_kg: Option<f64>,
+    masses: &Masses<'_>,
 ) -> Result<Imported, UrdfError> {
-    let robot = Robot::read(text)?;
-    let tree = Tree::new(&robot)?;
+    let draws = masses.total.is_some() && masses.folder.is_some();
+    let robot = Robot::read(text, if draws { Shapes::Used } else { Shapes::Unused })?;
+    import_robot(&robot, tcp, base, masses)
+}
+
+/// [`import_with_masses`] of a robot that is read.
+///
+/// # Errors
+/// Those of [`import_with_masses`].
+pub(crate) fn import_robot(
+    robot: &Robot,
+    tcp: &str,
+    base: Base,
+    masses: &Masses<'_>,
+) -> Result<Imported, UrdfError> {
+    masses.check()?;
+    let tree = Tree::new(robot)?;
     let path = tree.path(tcp)?;
-    let mut importer = Importer { tree: &tree, warnings: Vec::new() };
+    let folder = masses.folder.filter(|_| masses.total.is_some());
+    let mut importer = Importer { tree: &tree, warnings: Vec::new(), folder, drawn: Vec::new() };
 
     let mut joints: Vec<ModelJoint> = Vec::new();
-    let (mut carried, mut massless, mut borrowing) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut parts, mut links) = (Vec::new(), Vec::new());
     // Pose of the present link in the frame of the last movable joint.
     let mut pose = Isometry3::identity();
     for (index, joint) in path.iter().enumerate() {
         pose *= joint.origin;
         let Some(kind) = movable(joint)? else { continue };
         let (axis, link) = (axis(joint)?, &joint.child);
-        let body = importer.carried(&path[index + 1..], link)?;
-        if body.mass <= 0.0 {
-            massless.push((link.clone(), joint.name.clone()));
-        } else if !tree.has_mass(link) {
-            borrowing.push((link.clone(), body.mass));
-        }
-        let inertia = body.central_inertia();
-        carried.push((link.clone(), inertia));
-        joints.push(ModelJoint {
+        let part = importer.carried(&path[index + 1..], link)?;
+        let mut own = ModelJoint {
             name: joint.name.clone(),
             kind,
             origin_xyz_m: tidy(pose.translation.vector.into()),
             origin_rpy_rad: tidy(pose.rotation.euler_angles().into()),
             axis,
             limits: importer.limits(joint, kind),
-            mass_kg: body.mass,
-            centre_of_mass_m: tidy(body.centre_of_mass().into()),
-            inertia_kg_m2: tidy(INERTIA_ORDER.map(|at| inertia[at])),
-        });
+            mass_kg: 0.0,
+            centre_of_mass_m: [0.0; 3],
+            inertia_kg_m2: [0.0; 6],
+        };
+        put(&mut own, &part.known);
+        parts.push(part);
+        links.push(link.clone());
+        joints.push(own);
         pose = Isometry3::identity();
     }
     if joints.is_empty() {
@@ -121,25 +145,78 @@ pub fn import_with_mass(
         xyz_m: tidy(pose.translation.vector.into()),
         rpy_rad: tidy(pose.rotation.euler_angles().into()),
     };
-    let spread = match total_kg {
-        Some(kg) => Some(spread::spread(&mut joints, &tcp, kg).map_err(UrdfError::Spread)?),
-        None if massless.is_empty() => None,
-        None => return Err(UrdfError::NoMass(massless)),
+    let root = path.first().map(|joint| joint.parent.clone()).unwrap_or_default();
+    let mut standing = match base {
+        Base::Rigid if folder.is_none() => Part::default(),
+        _ => importer.carried(&path, &root)?,
     };
-    let mut model = Model { name: robot.name.clone(), joints, tcp };
-    let refused = |error: ModelError, model: &Model, carried: &[(String, Matrix3<f64>)]| match error
+    let mut model = Model { name: robot.name.clone(), joints, tcp, accuracy: None };
+    let of_links = |is_meant: &dyn Fn(usize) -> bool| -> Vec<(String, String)> {
+        let meant = (0..links.len()).filter(|index| is_meant(*index));
+        meant.map(|index| (links[index].clone(), model.joints[index].name.clone())).collect()
+    };
+    let massless = of_links(&|index| parts[index].known.mass <= 0.0);
+    let bodiless = of_links(&|index| parts[index].known.mass + parts[index].drawn.mass <= 0.0);
+    let borrowing = of_links(&|index| {
+        let Part { known, drawn } = parts[index];
+        known.mass > 0.0 && drawn.mass <= 0.0 && !tree.has_mass(&links[index])
+    });
+    let arm = spread::Arm::new(&model.joints, &model.tcp);
+    let length = arm.as_ref().map_or(0.0, |arm| arm.whole);
+    let mut origins = Vec::new();
+    match masses.total {
+        None if massless.is_empty() => {}
+        None => return Err(UrdfError::NoMass(massless)),
+        Some((kg, option)) if parts.iter().all(|part| part.drawn.mass <= 0.0) => {
+            let tool = parts.last().map_or(0.0, |part| part.known.mass);
+            // What is spread includes tool and base.
+            let own = if folder.is_some() { (1.0 + BASE_OVER_MOVING) * tool } else { 0.0 };
+            let accuracy = spread::spread(&mut model.joints, &model.tcp, option, kg + own);
+            model.accuracy = Some(accuracy.map_err(UrdfError::Spread)?);
+            origins.push(format!("{kg} kg ({option}), a sixth of them the base's, spread over links by the length of arm that each joint carries"));
+        }
+        Some((kg, option)) => {
+            if !bodiless.is_empty() {
+                return Err(UrdfError::NoShape(bodiless));
+            }
+            importer.check_sizes(length)?;
+            let total = meshes::Total { kg, option };
+            let shared = meshes::allot(&standing, &parts, arm.as_ref(), &total);
+            let (on_base, shares) = shared.map_err(UrdfError::Spread)?;
+            standing.fill(on_base);
+            let volume: f64 = parts.iter().map(|part| part.drawn.mass).sum();
+            importer.warnings.extend(meshes::doubt(shares.iter().sum::<f64>() / volume));
+            for ((part, joint), mass) in parts.iter_mut().zip(&mut model.joints).zip(shares) {
+                part.fill(mass);
+                put(joint, &part.known);
+            }
+            model.accuracy = Some(meshes::accuracy(length));
+            origins.push(format!("{kg} kg ({option}), base included, over links in proportion to the root of (volume of the shapes x length of arm that the joint carries)"));
+            origins.push(format!("base: {on_base:.1} kg"));
+            origins.extend(importer.origins());
+        }
+    }
+    if let (true, Some(part), Some(joint)) =
+        (masses.payload_kg > 0.0, parts.last_mut(), model.joints.last_mut())
     {
+        part.known = of_joint(joint);
+        part.known.add(&payload(masses.payload_kg, model.tcp.xyz_m.into()));
+        put(joint, &part.known);
+        model.accuracy.get_or_insert_with(|| meshes::accuracy(length));
+        origins.push(format!("{} kg (--payload) on the last link: a cylinder of {PAYLOAD_DENSITY} kg/m³ up to the TCP", masses.payload_kg));
+    }
+    let refused = |error: ModelError, model: &Model, links: &[String]| match error {
         ModelError::JointCount(count) => {
             UrdfError::TooManyJoints { count, tcp: model.tcp.name.clone() }
         }
         ModelError::Inertia(name) => {
             let at = model.joints.iter().position(|joint| joint.name == name).unwrap_or_default();
-            let (link, inertia) = &carried[at];
-            UrdfError::Inertia { link: link.clone(), moments: principal_moments(inertia) }
+            let inertia = of_joint(&model.joints[at]).central_inertia();
+            UrdfError::Inertia { link: links[at].clone(), moments: principal_moments(&inertia) }
         }
         other => UrdfError::Model(other),
     };
-    model.chain().map_err(|error| refused(error, &model, &carried))?;
+    model.chain().map_err(|error| refused(error, &model, &links))?;
     if base == Base::Pedestal {
         let count = model.joints.len();
         if count == MAX_JOINTS {
@@ -149,29 +226,106 @@ pub fn import_with_mass(
             return Err(UrdfError::DuplicateJoint(pedestal::NAME.to_owned()));
         }
         let moving_kg = model.joints.iter().map(|joint| joint.mass_kg).sum();
-        let (pedestal, link, inertia) = importer.pedestal(&path, moving_kg)?;
+        let pedestal = importer.pedestal(&standing.known, moving_kg);
         model.joints.insert(0, pedestal);
-        carried.insert(0, (link, inertia));
-        model.chain().map_err(|error| refused(error, &model, &carried))?;
+        links.insert(0, root);
+        model.chain().map_err(|error| refused(error, &model, &links))?;
     }
     let mut warnings = importer.warnings;
-    if spread.is_some() {
-        warnings.extend(borrowing.iter().map(|(link, mass)| {
+    if let Some((_, option)) = masses.total {
+        warnings.extend(borrowing.iter().map(|(link, joint)| {
+            let mass = model.joints.iter().find(|own| own.name == *joint).map_or(0.0, |own| own.mass_kg);
             format!(
-                "link '{link}' has no mass of its own, and gets none of --mass: it moves with the {mass:.1} kg of what is fixed to it alone"
+                "link '{link}' has no mass of its own, and gets none of {option}: it moves with the {mass:.1} kg of what is fixed to it alone"
             )
         }));
     }
     warnings.extend(doubts(&model).iter().map(Doubt::to_string));
     // Names may hold line breaks.
-    let warnings = warnings.iter().map(|warning| one_line(warning)).collect();
-    Ok(Imported { model, warnings, spread })
+    let [warnings, origins] =
+        [warnings, origins].map(|all| all.iter().map(|own| one_line(own)).collect());
+    Ok(Imported { model, warnings, origins })
+}
+
+impl Imported {
+    /// Returns the text of the model's file, with a heading that says where masses come from that are not the file's.
+    ///
+    /// # Errors
+    /// An imported model gives no error.
+    pub fn to_toml(&self) -> Result<String, toml::ser::Error> {
+        let mut text = String::new();
+        if !self.origins.is_empty() {
+            text += "# Masses, centres of mass and inertias are guessed:\n";
+            for origin in &self.origins {
+                let _ = writeln!(text, "# - {origin}");
+            }
+            text += "# [accuracy] below says how far they may be off, one standard deviation. It holds unless the configuration's own [accuracy] states the same.\n\n";
+        }
+        Ok(text + &self.model.to_toml()?)
+    }
+}
+
+impl Masses<'_> {
+    fn check(&self) -> Result<(), UrdfError> {
+        let refuse = |option: &str, kg: f64, least: &str| {
+            Err(UrdfError::Spread(format!(
+                "{option} {kg}: must be {least} and at most {HEAVIEST_KG:e}, in kg"
+            )))
+        };
+        match (self.total, self.payload_kg) {
+            (Some((kg, option)), _) if !(kg > 0.0 && kg <= HEAVIEST_KG) => {
+                refuse(option, kg, "positive")
+            }
+            (_, kg) if !(0.0..=HEAVIEST_KG).contains(&kg) => {
+                refuse("--payload", kg, "no less than 0")
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
+impl Part {
+    /// Gives what is drawn a mass, so that it is known.
+    fn fill(&mut self, mass: f64) {
+        if self.drawn.mass > 0.0 {
+            self.known.add(&self.drawn.scaled(mass / self.drawn.mass));
+            self.drawn = Body::default();
+        }
+    }
+}
+
+/// Writes a body into its joint.
+fn put(joint: &mut ModelJoint, body: &Body) {
+    let inertia = body.central_inertia();
+    joint.mass_kg = tidy([body.mass])[0];
+    joint.centre_of_mass_m = tidy(body.centre_of_mass().into());
+    joint.inertia_kg_m2 = tidy(INERTIA_ORDER.map(|at| inertia[at]));
+}
+
+/// The body that a joint carries.
+fn of_joint(joint: &ModelJoint) -> Body {
+    let mut inertia = Matrix3::zeros();
+    for ((row, column), own) in INERTIA_ORDER.into_iter().zip(joint.inertia_kg_m2) {
+        (inertia[(row, column)], inertia[(column, row)]) = (own, own);
+    }
+    Body::new(joint.mass_kg, &Translation3::from(joint.centre_of_mass_m).into(), &inertia)
+}
+
+/// What a flange carries: a cylinder from the last joint to the tip, or a ball where both are one.
+fn payload(mass: f64, tip: Vector3<f64>) -> Body {
+    use std::f64::consts::PI;
+    let volume = mass / PAYLOAD_DENSITY;
+    let length = tip.norm();
+    let radius =
+        if length > 0.0 { (volume / (PI * length)).sqrt() } else { (0.75 * volume / PI).cbrt() };
+    let inertia = spread::cylinder(mass, tip, radius);
+    Body::new(mass, &Translation3::from(0.5 * tip).into(), &inertia)
 }
 
 /// Why the text of a URDF file cannot be imported without a TCP: the links to choose from, or what is wrong with the file.
 pub(crate) fn without_tcp(text: &str) -> UrdfError {
     let links = || {
-        let robot = Robot::read(text)?;
+        let robot = Robot::read(text, Shapes::Unused)?;
         let tree = Tree::new(&robot)?;
         Ok(UrdfError::NoTcp { ends: tree.ends(), links: tree.names() })
     };
@@ -194,13 +348,18 @@ pub(crate) fn warnings(model: &Model) -> Vec<String> {
 struct Importer<'a> {
     tree: &'a Tree<'a>,
     warnings: Vec<String>,
+    /// The folder from which the paths of meshes begin. `None` if links without a mass get none by their shapes.
+    folder: Option<&'a Path>,
+    /// The shapes that stand for links without a mass, each with the name of its link.
+    drawn: Vec<(String, Drawn)>,
 }
 
 impl Importer<'_> {
     /// The body that moves with the joint above `link`, in that link's frame: the links up to the next
     /// movable joint of `chain`, and every side branch.
-    fn carried(&mut self, chain: &[&Joint], link: &str) -> Result<Body, UrdfError> {
-        let mut body = Body::default();
+    fn carried(&mut self, chain: &[&Joint], link: &str) -> Result<Part, UrdfError> {
+        let mut part = Part::default();
+        let body = &mut part.known;
         let mut impossible = Vec::new();
         let mut open = vec![(link.to_owned(), Isometry3::identity(), None::<String>)];
         while let Some((link, pose, branch)) = open.pop() {
@@ -217,6 +376,12 @@ impl Importer<'_> {
                 impossible.push((link.clone(), moments));
             }
             body.add(&own);
+            if own.mass <= 0.0
+                && let Some(drawn) = self.drawn(&link)?
+            {
+                part.drawn.add(&drawn.body.at(&pose));
+                self.drawn.push((link.clone(), drawn));
+            }
             for joint in self.tree.joints_below(&link) {
                 let in_chain = chain.iter().any(|other| other.name == joint.name);
                 let moves = movable(joint)?.is_some();
@@ -244,26 +409,52 @@ impl Importer<'_> {
                 shown(&moments)
             ));
         }
-        Ok(body)
+        Ok(part)
     }
 
-    /// The pedestal, with the name of the root and the inertia of what hangs on it up to the first movable joint.
-    fn pedestal(
-        &mut self,
-        path: &[&Joint],
-        moving_kg: f64,
-    ) -> Result<(ModelJoint, String, Matrix3<f64>), UrdfError> {
-        let root = path.first().map(|joint| joint.parent.clone()).unwrap_or_default();
-        let mut body = self.carried(path, &root)?;
-        if body.mass <= 0.0 {
-            body = pedestal::assumed(moving_kg);
-            self.warnings.push(format!(
-                "no mass before the first movable joint: the pedestal is taken as {:.1} kg, a fifth of what moves; put its own \
-                 mass_kg and inertia_kg_m2 into the model file",
-                body.mass
-            ));
+    /// The shapes of a link without a mass, in its own frame.
+    fn drawn(&mut self, name: &str) -> Result<Option<Drawn>, UrdfError> {
+        let (Some(folder), Some(link)) = (self.folder, self.tree.link(name)) else {
+            return Ok(None);
+        };
+        let mut drawn = shapes::of_link(link, folder)?;
+        self.warnings.extend(drawn.iter_mut().flat_map(|own| std::mem::take(&mut own.warnings)));
+        Ok(drawn)
+    }
+
+    /// Checks that no shape is far larger than an arm of this length, m, and not all are far smaller.
+    fn check_sizes(&self, arm: f64) -> Result<(), UrdfError> {
+        let largest = self.drawn.iter().max_by(|a, b| a.1.size.total_cmp(&b.1.size));
+        match largest {
+            Some((link, drawn))
+                if arm > 0.0
+                    && !(meshes::fits(drawn.size, arm) && meshes::fits(arm, drawn.size)) =>
+            {
+                Err(UrdfError::Scale { link: link.clone(), size: drawn.size, arm })
+            }
+            _ => Ok(()),
         }
-        Ok((pedestal::joint(&body), root, body.central_inertia()))
+    }
+
+    /// The shapes that stand for links, a line each.
+    fn origins(&self) -> impl Iterator<Item = String> {
+        self.drawn.iter().map(|(link, drawn)| {
+            format!("link '{link}': {}, {:.3e} m³", drawn.named, drawn.body.mass)
+        })
+    }
+
+    /// The pedestal of what hangs on the root up to the first movable joint.
+    fn pedestal(&mut self, standing: &Body, moving_kg: f64) -> ModelJoint {
+        if standing.mass > 0.0 {
+            return pedestal::joint(standing);
+        }
+        let body = pedestal::assumed(moving_kg);
+        self.warnings.push(format!(
+            "no mass before the first movable joint: the pedestal is taken as {:.1} kg, a fifth of what moves; put its own \
+             mass_kg and inertia_kg_m2 into the model file",
+            body.mass
+        ));
+        pedestal::joint(&body)
     }
 
     /// The body of one link alone, and its principal moments, ascending, kg m²; `pose` is the pose of the link in the frame of the result.

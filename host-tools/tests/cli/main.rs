@@ -11,6 +11,7 @@ mod demo;
 mod faults;
 mod files;
 mod identify;
+mod import;
 mod lobes;
 mod map;
 mod new;

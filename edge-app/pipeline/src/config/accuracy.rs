@@ -6,6 +6,7 @@ use flexid_core::imperfection::Accuracies;
 use flexid_core::stream::STATIC;
 
 use super::sections::{AccuracySection, Assumed, CalibrationSection};
+use crate::model::MassAccuracy;
 
 /// How many times its typical value an accuracy may be without a warning. Chosen: errors of up to thirty times their typical accuracy
 /// are the largest with which the intervals are proved (tests/README.md). A standard deviation of twenty times makes larger ones likely.
@@ -99,16 +100,18 @@ pub fn loose(accuracies: &Accuracies) -> impl Iterator<Item = (&'static str, f64
         .filter(|(_, times)| *times > LOOSE * (1.0 + 1e-9))
 }
 
-/// Returns the accuracies, those that the section does not state as assumed. What `calibration` seeks has a prior there, and none
-/// here. `band_hz` is the band that is fitted, and `angle_step` the largest step of a joint's signal, rad (m).
+/// Returns the accuracies, those that the section does not state as assumed, or as the model states them for its `masses`. What
+/// `calibration` seeks has a prior there, and none here. `band_hz` is the band that is fitted, and `angle_step` the largest step of a
+/// joint's signal, rad (m).
 pub(super) fn accuracies(
     section: &AccuracySection,
     calibration: &CalibrationSection,
+    masses: Option<&MassAccuracy>,
     band_hz: [f64; 2],
     angle_step: f64,
 ) -> Result<Accuracies, String> {
     let mut accuracies = match section.assume {
-        Assumed::Typical => Accuracies::typical(),
+        Assumed::Typical => assumed(masses),
         Assumed::Perfect => Accuracies::default(),
     };
     for Accuracy { key, stated, own, most, scale, unit, .. } in &ACCURACIES {
@@ -178,9 +181,41 @@ pub(super) fn accuracies(
     Ok(accuracies)
 }
 
+/// Typical accuracies; those of the links' bodies are the model's, where it states them.
+fn assumed(masses: Option<&MassAccuracy>) -> Accuracies {
+    let typical = Accuracies::typical();
+    match masses {
+        Some(&MassAccuracy { link_mass, link_inertia, centre_of_mass_m }) => Accuracies {
+            mass: link_mass,
+            inertia: link_inertia,
+            centre_of_mass: centre_of_mass_m,
+            ..typical
+        },
+        None => typical,
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// What the configuration states goes before the model, and what it seeks before both.
+    #[test]
+    fn a_model_states_how_far_its_masses_may_be_off() {
+        let masses = MassAccuracy { link_mass: 0.3, link_inertia: 0.4, centre_of_mass_m: 0.06 };
+        let of = |section: &AccuracySection, calibration: &CalibrationSection| {
+            let all = accuracies(section, calibration, Some(&masses), [2.0, 200.0], 0.0).unwrap();
+            [all.mass, all.inertia, all.centre_of_mass, all.tool_centre_point]
+        };
+        let (mut section, mut calibration) = Default::default();
+        let tool = Accuracies::typical().tool_centre_point;
+        assert_eq!(of(&section, &calibration), [0.3, 0.4, 0.06, tool]);
+        section.link_inertia = Some(0.1);
+        calibration.link_mass = Some(0.2);
+        assert_eq!(of(&section, &calibration), [0.0, 0.1, 0.06, tool]);
+        section.assume = Assumed::Perfect;
+        assert_eq!(of(&section, &calibration), [0.0, 0.1, 0.0, 0.0]);
+    }
 
     #[test]
     fn each_accuracy_has_a_key() {
@@ -199,7 +234,7 @@ mod tests {
     #[test]
     fn a_pose_is_as_uncertain_as_the_steps_of_its_angles() {
         let joint_angle = |section: &AccuracySection, step| {
-            accuracies(section, &CalibrationSection::default(), [2.0, 200.0], step)
+            accuracies(section, &CalibrationSection::default(), None, [2.0, 200.0], step)
                 .unwrap()
                 .joint_angle
         };

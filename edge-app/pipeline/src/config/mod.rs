@@ -195,9 +195,14 @@ impl Config {
         let angle_steps =
             (0..model.driven().count()).map(|joint| recording.signals.angle_step(joint));
         let angle_step = angle_steps.fold(0.0, f64::max);
-        let accuracies =
-            accuracy::accuracies(&raw.accuracy, &raw.calibration, recording.band_hz, angle_step)
-                .map_err(bad)?;
+        let accuracies = accuracy::accuracies(
+            &raw.accuracy,
+            &raw.calibration,
+            model.accuracy.as_ref(),
+            recording.band_hz,
+            angle_step,
+        )
+        .map_err(bad)?;
         if recording.force_axes == ForceAxes::Base && raw.mounting.force_rpy_rad != [0.0; 3] {
             let message = "[signals] force_axes is \"base\", and [mounting] force_rpy_rad turns a sensor: leave one out";
             return Err(bad(message.into()));

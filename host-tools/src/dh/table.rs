@@ -1,0 +1,376 @@
+//! The rows of a table of Denavit-Hartenberg parameters, in CSV or TOML.
+//!
+//! A column (in TOML a key of `[[joint]]`) is a name with its unit, as `a [mm]`, `a (mm)` or `a_mm`; SI without one.
+
+use std::collections::BTreeMap;
+use std::f64::consts::{PI, TAU};
+
+use super::error::DhError;
+
+/// A robot as a table.
+pub(super) struct Table {
+    pub(super) name: String,
+    pub(super) rows: Vec<Row>,
+}
+
+/// A joint with its link, or a fixed frame.
+pub(super) struct Row {
+    pub(super) name: String,
+    pub(super) kind: Kind,
+    /// The parameters with the joint at 0, rad and m.
+    pub(super) theta: f64,
+    pub(super) d: f64,
+    pub(super) a: f64,
+    pub(super) alpha: f64,
+    /// Lower and upper limit, rad or m.
+    pub(super) limits: Option<[f64; 2]>,
+    pub(super) body: Option<RowBody>,
+}
+
+/// Motion of a row.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Kind {
+    Revolute,
+    Prismatic,
+    Fixed,
+}
+
+/// The body of a row, in its frame.
+pub(super) struct RowBody {
+    /// kg
+    pub(super) mass: f64,
+    /// m
+    pub(super) centre: [f64; 3],
+    /// xx, yy, zz, xy, xz, yz about the centre, kg m².
+    pub(super) inertia: [f64; 6],
+}
+
+/// What a column holds.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Quantity {
+    Word,
+    Angle,
+    Length,
+    /// rad, or m of a sliding joint.
+    Stroke,
+    Mass,
+    Inertia,
+}
+use Quantity::{Angle, Inertia, Length, Mass, Stroke, Word};
+
+/// Names of columns.
+const COLUMNS: [(&str, Quantity); 18] = [
+    ("joint", Word),
+    ("type", Word),
+    ("theta", Angle),
+    ("d", Length),
+    ("a", Length),
+    ("alpha", Angle),
+    ("lower", Stroke),
+    ("upper", Stroke),
+    ("mass", Mass),
+    ("cx", Length),
+    ("cy", Length),
+    ("cz", Length),
+    ("ixx", Inertia),
+    ("iyy", Inertia),
+    ("izz", Inertia),
+    ("ixy", Inertia),
+    ("ixz", Inertia),
+    ("iyz", Inertia),
+];
+/// Units and their SI values. Those of inertias have a letter more than they seem: what is no letter, digit or degree is left out.
+const UNITS: [(Quantity, &str, f64); 10] = [
+    (Angle, "rad", 1.0),
+    (Angle, "deg", PI / 180.0),
+    (Angle, "°", PI / 180.0),
+    (Length, "m", 1.0),
+    (Length, "cm", 1e-2),
+    (Length, "mm", 1e-3),
+    (Mass, "kg", 1.0),
+    (Inertia, "kgm2", 1.0),
+    (Inertia, "kgmm2", 1e-6),
+    (Inertia, "kgcm2", 1e-4),
+];
+/// Length of a parameter that no arm has, m: in mm, one of 60 mm is.
+const LONGEST: f64 = 50.0;
+
+/// A column's name, and the SI value of its unit.
+#[derive(Clone, Copy)]
+struct Column {
+    name: &'static str,
+    quantity: Quantity,
+    scale: f64,
+}
+
+/// Returns whether a text looks like a table of these parameters.
+pub(crate) fn is_table(text: &str) -> bool {
+    let is_comment = |line: &&str| line.trim().is_empty() || line.trim_start().starts_with('#');
+    let head = text.lines().find(|line| !is_comment(line)).unwrap_or_default();
+    let has = |wanted: &str| {
+        let mut fields = head.split([',', ';', '\t']);
+        fields.any(|field| Column::new(field).is_ok_and(|column| column.name == wanted))
+    };
+    has("alpha") && has("a") || (text.contains("[[joint]]") && text.contains("alpha"))
+}
+
+fn bad(line: Option<usize>, message: String) -> DhError {
+    DhError { line, message: message.split_whitespace().collect::<Vec<_>>().join(" ") }
+}
+
+impl Table {
+    /// Reads a table. One in CSV has its name from outside.
+    pub(super) fn read(text: &str, name: &str) -> Result<Self, DhError> {
+        let is_toml = text.contains("[[joint]]");
+        let (name, rows) =
+            if is_toml { of_toml(text, name)? } else { (name.to_owned(), of_csv(text)?) };
+        let Some((_, first)) = rows.first() else {
+            return Err(bad(None, "has no rows: a row has joint, theta, d, a, alpha".to_owned()));
+        };
+        if let Some(missing) = ["a", "alpha", "d"].iter().find(|own| !first.contains_key(**own)) {
+            return Err(bad(
+                None,
+                format!(
+                    "has no column {missing}: theta, d, a and alpha are needed, with units, as a [mm], alpha [deg]"
+                ),
+            ));
+        }
+        let rows =
+            rows.iter().enumerate().map(|(index, (line, cells))| Row::read(index, *line, cells));
+        Ok(Self { name, rows: rows.collect::<Result<_, _>>()? })
+    }
+}
+
+/// The cells of a row by the names of their columns, and the line on which it stands.
+type Cells = (Option<usize>, BTreeMap<&'static str, (Column, String)>);
+
+fn of_csv(text: &str) -> Result<Vec<Cells>, DhError> {
+    let is_comment = |line: &&str| line.trim().is_empty() || line.trim_start().starts_with('#');
+    let head = text.lines().find(|line| !is_comment(line)).unwrap_or_default();
+    let delimiter = [';', '\t', ','].into_iter().find(|own| head.contains(*own)).unwrap_or(',');
+    let mut reader = csv::ReaderBuilder::new();
+    reader
+        .delimiter(delimiter as u8)
+        .flexible(true)
+        .has_headers(false)
+        .trim(csv::Trim::All)
+        .comment(Some(b'#'));
+    let mut columns: Option<Vec<Column>> = None;
+    let mut rows = Vec::new();
+    for record in reader.from_reader(text.as_bytes()).records() {
+        let record = record.map_err(|error| bad(None, error.to_string()))?;
+        let line = record.position().map(|own| own.line() as usize);
+        let Some(columns) = &columns else {
+            let own: Result<Vec<Column>, String> = record.iter().map(Column::new).collect();
+            columns = Some(own.map_err(|message| bad(line, message))?);
+            continue;
+        };
+        if record.len() != columns.len() {
+            return Err(bad(
+                line,
+                format!("has {} fields, and the head {} columns", record.len(), columns.len()),
+            ));
+        }
+        let cell =
+            |text: &str| if delimiter == ',' { text.to_owned() } else { text.replace(',', ".") };
+        rows.push((line, cells(line, columns.iter().copied().zip(record.iter().map(cell)))?));
+    }
+    Ok(rows)
+}
+
+fn of_toml(text: &str, name: &str) -> Result<(String, Vec<Cells>), DhError> {
+    let table: toml::Table = text.parse().map_err(|error: toml::de::Error| {
+        let line =
+            error.span().map(|span| 1 + text.get(..span.start).unwrap_or("").matches('\n').count());
+        bad(line, error.message().to_owned())
+    })?;
+    let name = table.get("name").and_then(|own| own.as_str()).unwrap_or(name).to_owned();
+    if let Some(other) = table.keys().find(|own| !["name", "joint"].contains(&own.as_str())) {
+        return Err(bad(None, format!("unknown key `{other}`: known are name and [[joint]]")));
+    }
+    let joints = table.get("joint").and_then(toml::Value::as_array).cloned().unwrap_or_default();
+    let mut rows = Vec::new();
+    for (index, joint) in joints.iter().enumerate() {
+        let in_row = |message: String| bad(None, format!("[[joint]] {}: {message}", index + 1));
+        let own = joint.as_table().into_iter().flatten().map(|(key, value)| {
+            let value = value.as_str().map_or_else(|| value.to_string(), str::to_owned);
+            Ok((Column::new(key).map_err(in_row)?, value))
+        });
+        let own: Vec<(Column, String)> = own.collect::<Result<_, DhError>>()?;
+        rows.push((None, cells(None, own.into_iter()).map_err(|error| in_row(error.message))?));
+    }
+    Ok((name, rows))
+}
+
+fn cells(
+    line: Option<usize>,
+    all: impl Iterator<Item = (Column, String)>,
+) -> Result<BTreeMap<&'static str, (Column, String)>, DhError> {
+    let mut cells = BTreeMap::new();
+    for (column, text) in all {
+        if cells.insert(column.name, (column, text)).is_some() {
+            return Err(bad(line, format!("column {} is there twice: keep one", column.name)));
+        }
+    }
+    Ok(cells)
+}
+
+impl Column {
+    /// The column of a heading such as `alpha [deg]` or `a_mm`.
+    fn new(heading: &str) -> Result<Self, String> {
+        let heading = heading.trim().trim_start_matches('\u{feff}');
+        let end = heading.find(|own: char| !own.is_alphanumeric()).unwrap_or(heading.len());
+        let (name, unit) = heading.split_at(end);
+        let name = match name.to_lowercase().as_str() {
+            "θ" => "theta".to_owned(),
+            "α" => "alpha".to_owned(),
+            "name" | "link" | "i" => "joint".to_owned(),
+            "kind" => "type".to_owned(),
+            own => own.to_owned(),
+        };
+        let Some(&(name, quantity)) = COLUMNS.iter().find(|(own, _)| *own == name) else {
+            let known: Vec<&str> = COLUMNS.iter().map(|(own, _)| *own).collect();
+            return Err(format!("column {heading:?} is none of {}", known.join(", ")));
+        };
+        let unit: String = unit
+            .replace('²', "2")
+            .chars()
+            .filter(|own| own.is_alphanumeric() || *own == '°')
+            .collect();
+        if unit.is_empty() || quantity == Word {
+            return Ok(Self { name, quantity, scale: 1.0 });
+        }
+        let fits =
+            |own: Quantity| own == quantity || quantity == Stroke && matches!(own, Angle | Length);
+        let mut units = UNITS.iter().filter(|(own, ..)| fits(*own));
+        let known: Vec<&str> = units.clone().map(|(_, own, _)| *own).collect();
+        match units.find(|(_, own, _)| *own == unit) {
+            Some(&(_, _, scale)) => Ok(Self { name, quantity, scale }),
+            None => Err(format!(
+                "column {heading:?} has the unit {unit}: must be one of {}",
+                known.join(", ")
+            )),
+        }
+    }
+}
+
+impl Row {
+    fn read(
+        index: usize,
+        line: Option<usize>,
+        cells: &BTreeMap<&'static str, (Column, String)>,
+    ) -> Result<Self, DhError> {
+        let word = |name: &str| {
+            cells.get(name).map(|(_, text)| text.trim()).filter(|text| !text.is_empty())
+        };
+        let name = match word("joint") {
+            Some(own) if own.parse::<u32>().is_err() => own.to_owned(),
+            _ => format!("joint_{}", index + 1),
+        };
+        let bad = |message: String| bad(line, format!("row of {name}: {message}"));
+        let kind = match word("type").unwrap_or("revolute").to_lowercase().as_str() {
+            "revolute" | "r" | "rotational" => Kind::Revolute,
+            "prismatic" | "p" | "linear" => Kind::Prismatic,
+            "fixed" | "f" | "tool" => Kind::Fixed,
+            other => {
+                return Err(bad(format!(
+                    "type is {other:?}: must be revolute, prismatic or fixed"
+                )));
+            }
+        };
+        let given = |name: &str| -> Result<Option<f64>, DhError> {
+            let Some((column, text)) = cells.get(name).filter(|(_, text)| !text.trim().is_empty())
+            else {
+                return Ok(None);
+            };
+            let number = number(text).filter(|own| own.is_finite());
+            let own = number.ok_or_else(|| {
+                bad(format!("{name} is {text:?}: must be a number, as -90, pi/2 or q2-90"))
+            })?;
+            // A part of π is in rad.
+            let is_part = column.quantity == Angle && text.to_lowercase().contains(['π', 'p']);
+            let own = if is_part { own } else { column.scale * own };
+            let (most, unit, mend) = match column.quantity {
+                Angle => (TAU, "rad", "deg"),
+                Length => (LONGEST, "m", "mm"),
+                _ => (f64::INFINITY, "", ""),
+            };
+            if own.abs() > most * (1.0 + 1e-9) {
+                return Err(bad(format!(
+                    "{name} is {own} {unit}: in {mend}? Head the column {name} [{mend}]"
+                )));
+            }
+            Ok(Some(own))
+        };
+        let parameter = |name| Ok::<f64, DhError>(given(name)?.unwrap_or(0.0));
+        let limits = match (given("lower")?, given("upper")?) {
+            (Some(lower), Some(upper)) => Some([lower, upper]),
+            (None, None) => None,
+            _ => return Err(bad("has one limit: give lower and upper, or neither".to_owned())),
+        };
+        let body = match given("mass")? {
+            Some(mass) if mass < 0.0 => {
+                return Err(bad(format!("mass is {mass} kg: must be positive")));
+            }
+            Some(mass) if mass > 0.0 => {
+                let moments = ["ixx", "iyy", "izz"].map(given);
+                let [xx, yy, zz] = moments;
+                let (Some(xx), Some(yy), Some(zz)) = (xx?, yy?, zz?) else {
+                    return Err(bad(
+                        "has a mass without ixx, iyy, izz [kg m2] about its centre: give them, or leave masses out and add --total-mass KG".to_owned(),
+                    ));
+                };
+                let centre = [parameter("cx")?, parameter("cy")?, parameter("cz")?];
+                let inertia = [xx, yy, zz, parameter("ixy")?, parameter("ixz")?, parameter("iyz")?];
+                Some(RowBody { mass, centre, inertia })
+            }
+            _ => None,
+        };
+        Ok(Self {
+            kind,
+            theta: parameter("theta")?,
+            d: parameter("d")?,
+            a: parameter("a")?,
+            alpha: parameter("alpha")?,
+            limits,
+            body,
+            name,
+        })
+    }
+}
+
+/// A number, a part of π as `-pi/2` or `3*pi/4`, or the constant beside a joint's variable as in `q2 - 90`.
+fn number(text: &str) -> Option<f64> {
+    let text: String = text
+        .chars()
+        .filter(|own| !own.is_whitespace())
+        .collect::<String>()
+        .replace('π', "pi")
+        .to_lowercase();
+    if let Ok(own) = text.parse() {
+        return Some(own);
+    }
+    if let Some((before, after)) = text.split_once("pi") {
+        let factor = match before.trim_end_matches('*') {
+            "" | "+" => 1.0,
+            "-" => -1.0,
+            own => own.parse().ok()?,
+        };
+        let divisor: f64 = match after.strip_prefix('/') {
+            Some(own) => own.parse().ok()?,
+            None if after.is_empty() => 1.0,
+            None => return None,
+        };
+        return Some(factor * PI / divisor);
+    }
+    let rest = ["theta", "θ", "q", "d"].iter().find_map(|own| text.strip_prefix(own))?;
+    let rest = rest
+        .trim_start_matches('_')
+        .trim_start_matches(|own: char| own.is_ascii_digit())
+        .trim_start_matches('*');
+    match rest {
+        "" => Some(0.0),
+        own if own.starts_with(['+', '-']) => own.parse().ok(),
+        _ => None,
+    }
+}
