@@ -60,6 +60,7 @@ impl<'a> Signals<'a> {
             acceleration_noise_shape: Default::default(),
             has_doubtful_rate: false,
             starts_at_rest: true,
+            point: [0.0; 3],
         }
     }
 }
