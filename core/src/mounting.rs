@@ -1,7 +1,8 @@
 //! Places and axes of sensors that are not at the TCP and along its axes.
 //!
 //! The sensors move with the last link, so that the accelerometer at p has the acceleration `a + α × p + ω × (ω × p)`. The cut
-//! still acts at the TCP, but what lies between it and the force sensor has inertia and weight. The sensor reads
+//! acts at the TCP; a hammer may strike beside it, at the point of its record. What lies between the cut and the force sensor has inertia and
+//! weight. The sensor reads
 //!
 //! ```text
 //! F_measured = F_cut − m (a_c + θ × g)
@@ -44,9 +45,9 @@ impl Mounting {
         loads(chain, &self.accelerometer, &self.accelerometer_axes)
     }
 
-    /// Loads on the last link of unit forces at the TCP along the force sensor's axes.
-    pub(crate) fn forces(&self, chain: &LinearChain) -> SMatrix<f64, 6, 3> {
-        loads(chain, &Vector3::zeros(), &self.force_axes)
+    /// Loads on the last link of unit forces at a point, from the TCP, along the force sensor's axes.
+    pub(crate) fn forces(&self, chain: &LinearChain, point: &Vector3<f64>) -> SMatrix<f64, 6, 3> {
+        loads(chain, point, &self.force_axes)
     }
 
     /// Loads on the last link whose displacements are those of the tool's centre along the force sensor's axes.

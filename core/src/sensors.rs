@@ -22,7 +22,7 @@ impl Accelerometer {
 }
 
 /// A force sensor and an accelerometer. The default has both at the TCP, along its axes and without errors, and the accelerometer
-/// inertial.
+/// inertial. The force acts at the TCP.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sensors {
     /// Kind of accelerometer.
@@ -31,6 +31,8 @@ pub struct Sensors {
     pub mounting: Mounting,
     /// Errors of both sensors. The misalignment turns the accelerometer further, about its own axes as mounted.
     pub calibration: Calibration,
+    /// Point of the tool at which the force acts, from the TCP, TCP axes, m.
+    pub point: Vector3<f64>,
 }
 
 impl Default for Sensors {
@@ -39,6 +41,7 @@ impl Default for Sensors {
             accelerometer: Accelerometer::Inertial,
             mounting: Mounting::AT_TCP,
             calibration: Calibration::default(),
+            point: Vector3::zeros(),
         }
     }
 }

@@ -34,6 +34,8 @@ struct Case {
     linear: LinearChain,
     bushings: Bushings,
     mounting: Mounting,
+    /// Point at which the force acts, from the TCP.
+    point: Vector3<f64>,
     s: Complex<f64>,
     force: [Complex<f64>; 3],
     seam: PerDof<f64>,
@@ -53,7 +55,8 @@ impl Case {
         };
         let force = std::array::from_fn(|_| complex(100.0));
         let seam = std::array::from_fn(|_| std::array::from_fn(|_| complex(50.0)));
-        Self { chain, pose, gravity, linear, bushings, mounting, s, force, seam }
+        let point = Vector3::from_fn(|_, _| random.uniform(-0.4, 0.4));
+        Self { chain, pose, gravity, linear, bushings, mounting, point, s, force, seam }
     }
 
     fn dense(&self) -> Dense {
@@ -62,7 +65,8 @@ impl Case {
     }
 
     fn terms(&self, accelerometer: Accelerometer) -> Terms<f64> {
-        let sensors = Sensors { accelerometer, mounting: self.mounting, ..Sensors::default() };
+        let Self { mounting, point, .. } = *self;
+        let sensors = Sensors { accelerometer, mounting, point, ..Sensors::default() };
         Terms::new(&self.linear, &self.bushings, &sensors).unwrap()
     }
 }
@@ -71,14 +75,14 @@ fn dynamic(z: Complex<f64>) -> Dynamic {
     Dynamic::new(z.re, z.im)
 }
 
-/// The readings of the sensors of a dense model: of all elongations and the force on the TCP at once, no force eliminated.
+/// The readings of the sensors of a dense model: of all elongations and the force at its point at once, no force eliminated.
 struct DenseSensors {
     stiffness: DMatrix<Dynamic>,
     /// Elongations to the reading, 3×n.
     reading: Matrix3xX<Dynamic>,
     /// Elongations to what the tool takes, 3×n.
     taken: Matrix3xX<Dynamic>,
-    /// Forces on the TCP along its axes to loads, n×3.
+    /// Forces at the point along the TCP's axes to loads, n×3: with the virtual work of the point's displacement.
     push: MatrixXx3<Dynamic>,
     force_axes: Matrix3<Dynamic>,
 }
@@ -87,7 +91,7 @@ impl DenseSensors {
     fn new(
         dense: &Dense,
         bushings: &Bushings,
-        mounting: &Mounting,
+        (mounting, point): (&Mounting, &Vector3<f64>),
         accelerometer: Accelerometer,
         s: Dynamic,
     ) -> Self {
@@ -108,7 +112,7 @@ impl DenseSensors {
             stiffness: dense.compliance(bushings, s).try_inverse().expect("it is an inverse"),
             reading: at_rest * (s * s) + complex(&(axes * felt)),
             taken: centre * Dynamic::from(mounting.tool_mass),
-            push: complex(&slide.into_owned()).transpose(),
+            push: complex(&at(point)).transpose(),
             force_axes: mounting.force_axes.matrix().map(Dynamic::from),
         }
     }
@@ -145,8 +149,8 @@ fn equals_a_dense_solve() {
         let joints = 1 + (seed % 7) as usize;
         let case = Case::new(seed, joints, gravity);
         let s = dynamic(case.s);
-        let sensors =
-            DenseSensors::new(&case.dense(), &case.bushings, &case.mounting, accelerometer, s);
+        let place = (&case.mounting, &case.point);
+        let sensors = DenseSensors::new(&case.dense(), &case.bushings, place, accelerometer, s);
         let seam: Vec<Dynamic> =
             case.seam[..joints].iter().flatten().map(|&load| dynamic(load)).collect();
         let terms = case.terms(accelerometer);
@@ -225,7 +229,8 @@ proptest! {
         let calibration = Calibration { delay: 2e-3, misalignment: [0.1, -0.2, 0.3], ..Calibration::default() };
         let at = |scale: &[f64]| {
             let linear = case.chain.weighing(scale).linearise(&case.pose, case.gravity, &case.bushings).unwrap();
-            let sensors = Sensors { mounting: case.mounting, calibration, ..Sensors::default() };
+            let Case { mounting, point, .. } = case;
+            let sensors = Sensors { mounting, calibration, point, ..Sensors::default() };
             let terms = Terms::new(&linear, &case.bushings, &sensors).unwrap();
             respond(&terms.with_masses(), case.s, &case.force, &case.seam)
         };
@@ -297,14 +302,15 @@ fn the_searchs_loss_equals_a_dense_one() {
     for bushings in [truth, nominal(), random.bushings(3)] {
         for experiment in &experiments {
             let spectra = &experiment.thinned;
-            let target = Target::new(&mill3(), &measurement(mounting), &experiment.pose).unwrap();
+            let target = Target::new(&mill3(), &measurement(mounting), experiment.site()).unwrap();
             let found = spectral::ssp(&target, spectra, &bushings, Level::new());
             let dense = Dense::new(&mill3(), &experiment.pose, EARTH, &[[0.0; 6]; 3]);
             let mut sums = [0.0; 3];
             for bin in 0..spectra.bins {
                 let s = Dynamic::new(spectra.alpha.into(), spectra.omega[bin].into());
+                let place = (&mounting, &Vector3::zeros());
                 let sensors =
-                    DenseSensors::new(&dense, &bushings, &mounting, Accelerometer::Strapdown, s);
+                    DenseSensors::new(&dense, &bushings, place, Accelerometer::Strapdown, s);
                 let at = |spectrum: &flexid_core::spectrum::Spectrum<BINS>| {
                     std::array::from_fn(|axis| {
                         Dynamic::new(spectrum.re[axis][bin].into(), spectrum.im[axis][bin].into())

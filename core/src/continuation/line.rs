@@ -35,7 +35,7 @@ pub(super) struct Weighing {
     pub(super) relative: f64,
 }
 
-/// Adds the rows of one record to the normal equations, and returns their number. `terms` are those of the record's pose with
+/// Adds the rows of one record to the normal equations, and returns the number of those that are measured. `terms` are those of the record's pose with
 /// the bushings under test.
 pub(super) fn add<const B: usize>(
     normal: &mut ParameterNormal,
@@ -62,7 +62,7 @@ pub(super) fn add<const B: usize>(
         level,
     }
     .add();
-    ROWS * bins
+    2 * experiment.measured_axes() * bins
 }
 
 struct Line<'a> {

@@ -31,7 +31,7 @@ use crate::refine::levels::{LAST_RELATIVE, NEGLIGIBLE, RELATIVE};
 use crate::refine::proposal::least_within;
 use crate::refine::{ParameterNormal, Problem};
 use crate::sought::Coordinates;
-use crate::spectrum::Experiment;
+use crate::spectrum::{Experiment, Site};
 
 /// Number of levels below the whole band, half an octave each. The first level ends at a 128th of the highest frequency,
 /// where most joints that can mill have no resonance yet.
@@ -189,7 +189,7 @@ impl Continuation {
         let relative = if self.level < LAST { RELATIVE } else { LAST_RELATIVE };
         self.rows = 0;
         for experiment in experiments {
-            let Some(terms) = sagged(problem, &experiment.pose, &bushings) else {
+            let Some(terms) = sagged(problem, experiment.site(), &bushings) else {
                 debug_assert!(false, "an experiment of another chain");
                 continue;
             };
@@ -201,16 +201,16 @@ impl Continuation {
     }
 }
 
-/// Terms of the chain at a pose with its sag. Without an equilibrium under gravity they are those before it sags; `None` for a pose
+/// Terms of the chain at a site with its sag. Without an equilibrium under gravity they are those before it sags; `None` for a pose
 /// of another chain.
-fn sagged(problem: &Problem<'_>, pose: &[f64], bushings: &Bushings) -> Option<Terms<f32>> {
+fn sagged(problem: &Problem<'_>, site: Site<'_>, bushings: &Bushings) -> Option<Terms<f32>> {
     let Problem { chain, measurement, .. } = *problem;
     let calibration = Calibration::default();
-    let sensors = measurement.sensors(&calibration);
+    let sensors = measurement.sensors(&calibration, site.point);
     let sagged = problem
-        .linearise(pose, bushings, &calibration)
+        .linearise(site.pose, bushings, &calibration)
         .and_then(|linear| Terms::new(&linear, bushings, &sensors));
-    let unsagged = || Some(Target::new(chain, measurement, pose).ok()?.terms(bushings));
+    let unsagged = || Some(Target::new(chain, measurement, site).ok()?.terms(bushings));
     sagged.ok().or_else(unsagged)
 }
 

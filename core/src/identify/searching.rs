@@ -79,7 +79,7 @@ impl<R: Rng> Identifier<R> {
     pub(super) fn aim<const B: usize>(&mut self, experiments: &[Experiment<B>]) {
         let Self { chain, measurement, targets, search, .. } = self;
         let target =
-            |experiment: &Experiment<B>| Target::new(chain, measurement, &experiment.pose).ok();
+            |experiment: &Experiment<B>| Target::new(chain, measurement, experiment.site()).ok();
         targets.clear();
         targets.extend(experiments.iter().map_while(target).take(MAX_EXPERIMENTS));
         debug_assert_eq!(targets.len(), experiments.len().min(MAX_EXPERIMENTS), "of another chain");

@@ -57,7 +57,7 @@ const ENERGY_DECAY: f64 = 7.0;
 /// Number of lanes of the widest vector.
 const GROUP: usize = 16;
 
-/// [`Energies`] of one experiment with its target. They show whether force and acceleration agree with the model's masses at all. They are
+/// [`Energies`] of one experiment with its target, along the axes that are measured. They show whether force and acceleration agree with the model's masses at all. They are
 /// those of the whole record, and not of the search's damped line: where a cut begins slowly, its first tenth depends more on stiffnesses
 /// than on masses.
 pub fn energies<const B: usize>(
@@ -81,6 +81,7 @@ pub fn energies<const B: usize>(
         alpha: (ENERGY_DECAY * experiment.spacing / TAU) as f32,
         omega: &omega,
         force: core::array::from_fn(|axis| [&re[axis][..], &im[axis][..]]),
+        axes: [0, 1, 2].map(|axis| experiment.measures(axis)),
     };
     let measured = experiment.acceleration.parts();
     Energies {
@@ -96,6 +97,8 @@ struct Modelled<'a> {
     omega: &'a [f32],
     /// Real and imaginary parts of each axis; filling bins are zero.
     force: [[&'a [f32]; 2]; 3],
+    /// The axes of the acceleration that are measured.
+    axes: [bool; 3],
 }
 
 impl Modelled<'_> {
@@ -110,7 +113,7 @@ impl Kernel<f32> for Modelled<'_> {
 
     #[inline(always)]
     fn run<V: Lanes<Scalar = f32>>(self, like: V) -> f32 {
-        let Self { terms, alpha, omega, force } = self;
+        let Self { terms, alpha, omega, force, axes } = self;
         let mut sum = like.fill(0.0);
         for first in (0..omega.len()).step_by(V::WIDTH) {
             let s = Complex::new(like.fill(alpha), like.load(&omega[first..]));
@@ -118,7 +121,7 @@ impl Kernel<f32> for Modelled<'_> {
                 .map(|[re, im]| Complex::new(like.load(&re[first..]), like.load(&im[first..])));
             let mut rows = [[Complex::zero(like); 3]; 3];
             accelerance(terms, s, &mut rows);
-            for row in &rows {
+            for (row, _) in rows.iter().zip(axes).filter(|(_, is_measured)| *is_measured) {
                 let model = (row[0] * force[0]).add_mul(row[1], force[1]).add_mul(row[2], force[2]);
                 sum = sum + model.square();
             }

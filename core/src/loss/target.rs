@@ -5,7 +5,7 @@ use crate::chain::linearise::LinearisationError;
 use crate::chain::{Chain, Jacobian};
 use crate::parameters::{Bushing, Bushings};
 use crate::receptance::Terms;
-use crate::spectrum::Measurement;
+use crate::spectrum::{Measurement, Site};
 
 /// Stiffness of bushings that do not give way to the weight of any robot, N/m and Nm/rad.
 const RIGID: f64 = 1e15;
@@ -21,7 +21,7 @@ pub struct Target {
 }
 
 impl Target {
-    /// Target of an experiment at joint angles `pose`, rad (m).
+    /// Target of an experiment at its site.
     ///
     /// # Errors
     ///
@@ -29,12 +29,12 @@ impl Target {
     pub fn new(
         chain: &Chain,
         measurement: &Measurement,
-        pose: &[f64],
+        site: Site<'_>,
     ) -> Result<Self, LinearisationError> {
         let rigid = Bushing { stiffness: [RIGID; 6], damping: [RIGID; 6] };
         let bushings: Bushings = chain.joints().iter().map(|_| rigid).collect();
-        let linear = chain.linearise(pose, measurement.gravity(), &bushings)?;
-        let sensors = measurement.sensors(&Calibration::default());
+        let linear = chain.linearise(site.pose, measurement.gravity(), &bushings)?;
+        let sensors = measurement.sensors(&Calibration::default(), site.point);
         let terms = Terms::new(&linear, &bushings, &sensors)?;
         Ok(Self { terms, jacobian: linear.jacobian_of(measurement.mounting.readings(&linear)) })
     }

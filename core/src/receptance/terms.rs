@@ -119,7 +119,7 @@ impl<T: Scalar> Hose<T> {
 pub struct Terms<T> {
     /// Joints, base first.
     pub(crate) joints: Vec<JointTerms<T>, MAX_JOINTS>,
-    /// Loads on the last link per unit of each force of a response: a force at the TCP along an axis of the force sensor. In a
+    /// Loads on the last link per unit of each force of a response: a force at its point along an axis of the force sensor. In a
     /// static test the first is the whole wrench, and there are no others.
     pub(crate) force_loads: Loads<T>,
     /// The observation.
@@ -154,11 +154,11 @@ impl<T: Scalar> Terms<T> {
         bushings: &[Bushing],
         sensors: &Sensors,
     ) -> Result<Self, LinearisationError> {
-        let Sensors { accelerometer, mounting, calibration } = sensors;
+        let Sensors { accelerometer, mounting, calibration, point } = sensors;
         let gain = Matrix3::from_diagonal(&calibration.acceleration_gain.into());
         let turned = Rotation3::new(calibration.misalignment.into()).matrix() * gain;
         let reading = mounting.readings(chain) * turned;
-        let force = mounting.forces(chain);
+        let force = mounting.forces(chain, point);
         let feels_gravity = accelerometer.feels(&chain.gravity_at_tip);
         let tilt = || columns(&(tilts(chain, &mounting.accelerometer_axes) * turned));
         let observation = Observation::Acceleration {

@@ -126,11 +126,11 @@ impl Refinement {
         };
         let covariance = Covariance::of(normal);
         let static_residuals = problem.statics.iter().map(|test| test.readings().count()).sum();
-        let residuals = experiments.iter().map(|e| 6 * e.bins()).sum::<usize>();
+        let residuals = experiments.iter().map(|e| e.residuals(1)).sum::<usize>();
         let priors = problem.sought.priors(&self.coordinates).count()
             + problem.sought.expected(&self.coordinates, problem.bounds).count();
         let residuals = residuals + static_residuals + priors;
-        let seams = experiments.len() * problem.seam_unknowns();
+        let seams = experiments.iter().map(|e| problem.seam_unknowns_of(e)).sum::<usize>();
         // The retired records have determined the unknowns before.
         let determined = if self.retired.records() > 0 { 0 } else { self.determined(problem) };
         let values = problem.sought.values(&self.coordinates);

@@ -332,7 +332,7 @@ impl Refinement {
         problem: &Problem<'_>,
         experiment: &Experiment<B>,
     ) -> Result<Information, LinearisationError> {
-        let model = Model::perfect(problem, &self.coordinates, &experiment.pose)?;
+        let model = Model::perfect(problem, &self.coordinates, experiment.site())?;
         let (seam, _) = self.workspace.fit_seam(problem, &model, Bins::of(experiment));
         Ok(self.information_at(problem, &model, experiment, &seam))
     }
@@ -348,7 +348,7 @@ impl Refinement {
         problem: &Problem<'_>,
         experiment: &Experiment<B>,
     ) -> Result<Information, LinearisationError> {
-        let model = Model::perfect(problem, &self.coordinates, &experiment.pose)?;
+        let model = Model::perfect(problem, &self.coordinates, experiment.site())?;
         let seam = self.workspace.planned_seam(problem, &model, Bins::of(experiment));
         Ok(self.information_at(problem, &model, experiment, &seam))
     }

@@ -7,6 +7,7 @@ use crate::calibration::Calibration;
 use crate::chain::linearise::LinearisationError;
 use crate::receptance::{Filter, Terms};
 use crate::sought::Coordinates;
+use crate::spectrum::Site;
 
 /// A model at the pose of a record.
 #[derive(Clone, Debug)]
@@ -23,19 +24,19 @@ pub(super) struct Model {
 }
 
 impl Model {
-    /// The model at the pose of a record, of this number, with the unknowns at these coordinates and the imperfections of a correction.
+    /// The model at the site of a record, of this number, with the unknowns at these coordinates and the imperfections of a correction.
     pub(super) fn corrected(
         problem: &Problem<'_>,
         correction: &Correction,
         coordinates: &Coordinates,
-        pose: &[f64],
+        site: Site<'_>,
         record: usize,
     ) -> Result<Self, LinearisationError> {
         if correction.is_none() {
-            return Self::perfect(problem, coordinates, pose);
+            return Self::perfect(problem, coordinates, site);
         }
         let calibration = problem.sought.calibration(coordinates);
-        let mut imperfect = Imperfect::new(problem, &calibration, pose, record);
+        let mut imperfect = Imperfect::new(problem, &calibration, site, record);
         correction.add_to(&mut imperfect);
         let bushings = problem.sought.bushings(coordinates);
         let linear = imperfect.linearise(problem, &bushings)?;
@@ -46,13 +47,13 @@ impl Model {
     pub(super) fn perfect(
         problem: &Problem<'_>,
         coordinates: &Coordinates,
-        pose: &[f64],
+        site: Site<'_>,
     ) -> Result<Self, LinearisationError> {
         let Problem { measurement, sought, .. } = *problem;
         let bushings = sought.bushings(coordinates);
         let calibration = sought.calibration(coordinates);
-        let linear = problem.linearise(pose, &bushings, &calibration)?;
-        let terms = Terms::new(&linear, &bushings, &measurement.sensors(&calibration))?;
+        let linear = problem.linearise(site.pose, &bushings, &calibration)?;
+        let terms = Terms::new(&linear, &bushings, &measurement.sensors(&calibration, site.point))?;
         let terms = if sought.seeks_masses() { terms.with_masses() } else { terms };
         let force_filter = Filter::default();
         Ok(Self { terms, calibration, force_filter, drift: 0.0, relative_error: 0.0 })

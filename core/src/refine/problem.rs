@@ -11,7 +11,7 @@ use crate::chain::Chain;
 use crate::chain::linearise::{LinearChain, LinearisationError};
 use crate::parameters::{Bounds, Bushings};
 use crate::sought::{Coordinates, Sought};
-use crate::spectrum::Measurement;
+use crate::spectrum::{Experiment, Measurement};
 use crate::statics::StaticTest;
 
 /// Largest change of a parameter's logarithm in a step. Chosen: the linearisation hardly holds for a factor of e.
@@ -38,6 +38,12 @@ impl Problem<'_> {
     /// Real unknowns of the seam of each record.
     pub(crate) fn seam_unknowns(&self) -> usize {
         seam::unknowns(self.chain.joints().len(), self.measurement.feels_gravity())
+    }
+
+    /// Those of them that a record can determine: no jump along an axis that is not measured.
+    pub(crate) fn seam_unknowns_of<const B: usize>(&self, experiment: &Experiment<B>) -> usize {
+        let jumps = seam::unknowns(0, self.measurement.feels_gravity()) / 3;
+        self.seam_unknowns() - jumps * (3 - experiment.measured_axes())
     }
 
     /// The chain at a pose, with the masses that it is taken to have.

@@ -23,7 +23,7 @@ use crate::receptance::lanes::{Kernel, Lanes, Precision as _};
 use crate::receptance::{Response, Terms};
 use crate::search::MAX_EXPERIMENTS;
 use crate::sought::{Coordinate, Coordinates, MAX_UNKNOWNS, Sought};
-use crate::spectrum::Experiment;
+use crate::spectrum::{Experiment, Site};
 
 /// Largest difference of two joint angles of poses in which a model lacks the same, rad (m). Chosen: it changes a receptance by about 1 %.
 const ALIKE: f64 = 0.01;
@@ -59,15 +59,15 @@ impl Workspace {
         }
     }
 
-    /// The model at the pose of a record, of this number.
+    /// The model at the site of a record, of this number.
     pub(super) fn model(
         &self,
         problem: &Problem<'_>,
         coordinates: &Coordinates,
-        pose: &[f64],
+        site: Site<'_>,
         record: usize,
     ) -> Result<Model, LinearisationError> {
-        Model::corrected(problem, &self.correction, coordinates, pose, record)
+        Model::corrected(problem, &self.correction, coordinates, site, record)
     }
 
     /// The seam that fits a record best, and the sum of squares that remains.
@@ -125,7 +125,7 @@ impl Workspace {
         record: usize,
         experiment: &Experiment<B>,
     ) -> Result<Residuals, LinearisationError> {
-        let model = self.model(problem, coordinates, &experiment.pose, record)?;
+        let model = self.model(problem, coordinates, experiment.site(), record)?;
         let (seam, _) = self.fit_seam(problem, &model, Bins::of(experiment));
         Ok(self.assemble(problem, &model, Bins::of(experiment), Equations::All(&seam)))
     }

@@ -6,7 +6,7 @@ use crate::loss::ssp_term;
 /// Lags at which the residuals of one axis are correlated with themselves.
 const LAGS: usize = 16;
 
-/// How far model and measurement of one record agree, per TCP axis: 1 where they are the same.
+/// How far model and measurement of one record agree, per TCP axis: 1 where they are the same, or nothing is measured.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Agreement {
     /// Frequency response assurance criterion: `|Σ X* X̂|² / (Σ |X|² Σ |X̂|²)` (Heylen and Lammens, 1996).
@@ -33,6 +33,13 @@ struct Axis {
     /// Of the whitened residual: power, and its cosine transform over the band.
     power: f64,
     lags: [f64; LAGS],
+}
+
+impl Axis {
+    /// Whether anything is measured: without any weight, exactly nothing is left.
+    fn is_measured(&self) -> bool {
+        self.power != 0.0
+    }
 }
 
 impl Residuals {
@@ -71,9 +78,10 @@ impl Residuals {
         self.taken += 1;
     }
 
-    /// Surface similarity parameter per axis.
-    pub(crate) fn similarity(&self) -> [f64; 3] {
-        self.axes.map(|axis| axis.similarity / self.bins.max(1) as f64)
+    /// Surface similarity parameter of each axis that is measured.
+    pub(crate) fn similarity(&self) -> impl Iterator<Item = f64> {
+        let measured = self.axes.iter().filter(|axis| axis.is_measured());
+        measured.map(|axis| axis.similarity / self.bins.max(1) as f64)
     }
 
     /// How far model and measurement agree.
@@ -82,9 +90,13 @@ impl Residuals {
         Agreement {
             frac: self.axes.map(|axis| {
                 let [re, im] = axis.cross;
-                ratio(re * re + im * im, axis.measured * axis.model)
+                let frac = ratio(re * re + im * im, axis.measured * axis.model);
+                if axis.is_measured() { frac } else { 1.0 }
             }),
-            vaf: self.axes.map(|axis| 1.0 - ratio(axis.gap, axis.measured)),
+            vaf: self.axes.map(|axis| {
+                let gap = ratio(axis.gap, axis.measured);
+                if axis.is_measured() { 1.0 - gap } else { 1.0 }
+            }),
         }
     }
 
@@ -99,6 +111,9 @@ impl Residuals {
         let lags = LAGS.min(self.bins / 8);
         let gain = 2.0 * (self.bins + 1) as f64;
         self.axes.map(|axis| {
+            if !axis.is_measured() {
+                return Statistic::default();
+            }
             let correlations =
                 axis.lags.iter().take(lags).map(|lag| lag / axis.power.max(f64::MIN_POSITIVE));
             Statistic {

@@ -38,7 +38,7 @@ impl<const B: usize> Objective<Coordinates, PACKED> for SumOfSquares<'_, B> {
         normal.reset(problem.sought.unknowns());
         workspace.summary = Summary::default();
         for (index, experiment) in experiments.iter().enumerate() {
-            let model = workspace.model(problem, coordinates, &experiment.pose, index)?;
+            let model = workspace.model(problem, coordinates, experiment.site(), index)?;
             let seam = match workspace.seams.get(index) {
                 Some(seam) => *seam,
                 None => workspace.fit_seam(problem, &model, Bins::thinned(experiment, *every)).0,
@@ -71,7 +71,7 @@ impl<'a, const B: usize> SumOfSquares<'a, B> {
         self.workspace.seams.clear();
         let mut sum_of_squares = 0.0;
         for (record, experiment) in self.experiments.iter().enumerate() {
-            let model = self.workspace.model(self.problem, coordinates, &experiment.pose, record);
+            let model = self.workspace.model(self.problem, coordinates, experiment.site(), record);
             let Ok(model) = model else { return f64::INFINITY };
             let bins = Bins::thinned(experiment, self.every);
             let (seam, remaining) = self.workspace.fit_seam(self.problem, &model, bins);

@@ -26,7 +26,7 @@ pub(super) struct Similarities {
 }
 
 impl Similarities {
-    fn push(&mut self, similarity: [f64; 3]) {
+    fn push(&mut self, similarity: impl Iterator<Item = f64>) {
         for value in similarity {
             let _ = self.values.push(value);
             self.largest = self.largest.max(value);

@@ -85,7 +85,17 @@ pub(crate) fn record(random: &mut Xoshiro256PlusPlus) -> Record<SAMPLES> {
         acceleration_noise_shape: Default::default(),
         has_doubtful_rate: false,
         starts_at_rest: true,
+        point: [0.0; 3],
     }
+}
+
+/// The record of an accelerometer that lacks this axis, if there is such an axis.
+fn without(mut record: Record<SAMPLES>, axis: usize) -> Record<SAMPLES> {
+    if axis < 3 {
+        record.acceleration[axis].fill(0.0);
+        record.acceleration_noise[axis] = f32::INFINITY;
+    }
+    record
 }
 
 /// The experiment with the reading of a robot whose bushings are by a hundredth stiffer, and sensors of a hundredth of the noise. The prior of
@@ -94,7 +104,7 @@ fn explained(mut experiment: Experiment<BINS>, problem: &Problem<'_>) -> Experim
     let mut stiffer = bushings();
     stiffer.iter_mut().flat_map(|own| &mut own.stiffness).for_each(|stiffness| *stiffness *= 1.01);
     let coordinates = problem.sought.coordinates(&stiffer);
-    let model = Model::perfect(problem, &coordinates, &experiment.pose).unwrap();
+    let model = Model::perfect(problem, &coordinates, experiment.site()).unwrap();
     let mut response = Response::new(0.0);
     let Experiment { force_noise, acceleration_noise, .. } = &mut experiment;
     for noise in force_noise.iter_mut().chain(acceleration_noise).flatten() {
@@ -156,6 +166,7 @@ proptest! {
     #[test]
     fn the_gradient_equals_finite_differences(
         seed in 0_u64..1000, tool_mass in prop_oneof![Just(0.0), Just(30.0)], every in 1..3_usize,
+        point in prop_oneof![Just([0.0; 3]), Just([0.1, -0.3, 0.2])], absent in 0..6_usize,
     ) {
         const STEP: f64 = 3e-4;
         let mut random = Xoshiro256PlusPlus::seed_from_u64(seed);
@@ -174,7 +185,7 @@ proptest! {
             },
         };
         let mut buffer = [0.0; SAMPLES];
-        let record = record(&mut random);
+        let record = without(Record { point, ..record(&mut random) }, absent);
         let experiment = Experiment::<BINS>::new(&chain, &measurement, &record, &mut buffer);
         let (bounds, sought) = (bounds(), sought());
         let problem = problem(&chain, &measurement, &bounds, &sought);
@@ -285,6 +296,42 @@ fn every_record_counts_with_its_seam() {
     for unknown in 0..sought.unknowns() {
         let ratio = one.deviation(unknown) / all.deviation(unknown);
         assert!((ratio / libm::sqrt(MANY as f64) - 1.0).abs() < 1e-6, "{unknown}: {ratio}");
+    }
+}
+
+/// Whatever the model reads along an axis that is not measured, the fit is the same, and it has the degrees of freedom of the other axes.
+#[test]
+fn an_axis_that_is_not_measured_counts_for_nothing() {
+    let (chain, bounds, measurement) = (chain(), bounds(), measurement());
+    let sought = Sought::new(2, &Nuisances::default()).unwrap();
+    let problem = problem(&chain, &measurement, &bounds, &sought);
+    let whole = record(&mut Xoshiro256PlusPlus::seed_from_u64(1));
+    let fit = |absent: usize, shift: f32| {
+        let record = without(whole.clone(), absent);
+        let experiment =
+            Experiment::<BINS>::new(&chain, &measurement, &record, &mut [0.0; SAMPLES]);
+        let mut experiment = experiment.unwrap();
+        if absent < 3 {
+            experiment.acceleration.re[absent].iter_mut().for_each(|value| *value += shift);
+        }
+        Refinement::new(&sought, &bushings()).fit(&problem, &[experiment])
+    };
+    let all = fit(3, 0.0);
+    for absent in 0..3 {
+        let rest = fit(absent, 0.0);
+        assert_eq!(rest, fit(absent, 7.0), "{absent}");
+        let experiment = Experiment::<BINS>::new(&chain, &measurement, &whole, &mut [0.0; SAMPLES]);
+        // Two residuals a bin less, and two jumps of the seam.
+        let gone = 2 * experiment.unwrap().bins() - 2;
+        assert_eq!(all.degrees_of_freedom - rest.degrees_of_freedom, gone as f64, "{absent}");
+        assert!(
+            rest.sum_of_squares > 0.5 * all.sum_of_squares
+                && rest.sum_of_squares < all.sum_of_squares
+        );
+        for unknown in 0..sought.unknowns() {
+            let [own, other] = [&rest, &all].map(|fit| fit.covariance.deviation(unknown));
+            assert!(own >= other * (1.0 - 1e-9), "{absent}, {unknown}: {own} {other}");
+        }
     }
 }
 

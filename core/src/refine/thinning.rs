@@ -25,7 +25,7 @@ pub(crate) fn residuals<const B: usize>(
     experiments: &[Experiment<B>],
     every: usize,
 ) -> usize {
-    let of_records = experiments.iter().map(|experiment| 6 * experiment.bins().div_ceil(every));
+    let of_records = experiments.iter().map(|experiment| experiment.residuals(every));
     let of_statics = problem.statics.iter().map(|test| test.readings().count());
     of_records.chain(of_statics).sum()
 }

@@ -59,8 +59,8 @@ impl Refinement {
     ) -> Result<(), LinearisationError> {
         for (record, experiment) in experiments.iter().enumerate().skip(first) {
             let model = match plant {
-                Some(plant) => plant.model(problem, &experiment.pose, record),
-                None => self.workspace.model(problem, coordinates, &experiment.pose, record),
+                Some(plant) => plant.model(problem, experiment.site(), record),
+                None => self.workspace.model(problem, coordinates, experiment.site(), record),
             }?;
             let (seam, _) = self.workspace.fit_seam(problem, &model, Bins::of(experiment));
             let assembly = Assembly {
@@ -74,7 +74,11 @@ impl Refinement {
             };
             let mut bin = 0;
             run(assembly, &mut |left| {
-                take(&BinLeft { record, bin, left: *left.left, noise: left.mean_square() });
+                let (mut own, mut noise) = (*left.left, left.mean_square());
+                for axis in (0..3).filter(|axis| !experiment.measures(*axis)) {
+                    (own[axis], noise[axis]) = ([0.0; 2], 0.0);
+                }
+                take(&BinLeft { record, bin, left: own, noise });
                 bin += 1;
             });
         }
@@ -91,10 +95,10 @@ impl Refinement {
         experiment: &Experiment<B>,
         record: usize,
     ) -> Option<Unexplained<B>> {
-        let pose = &experiment.pose;
+        let site = experiment.site();
         let model = match plant {
-            Some(plant) => plant.model(problem, pose, record),
-            None => self.workspace.model(problem, coordinates, pose, record),
+            Some(plant) => plant.model(problem, site, record),
+            None => self.workspace.model(problem, coordinates, site, record),
         };
         Some(self.workspace.unexplained(problem, &model.ok()?, experiment))
     }
@@ -130,6 +134,13 @@ impl Workspace {
             let _ = response.push(bin.response() as f32);
             let mean_square = bin.mean_square();
             for axis in 0..3 {
+                // Nothing is left along an axis that is not measured.
+                if !experiment.measures(axis) {
+                    let _ = residual.re[axis].push(0.0);
+                    let _ = residual.im[axis].push(0.0);
+                    let _ = noise[axis].push(1.0);
+                    continue;
+                }
                 let _ = residual.re[axis].push(bin.left[axis][0] as f32);
                 let _ = residual.im[axis].push(bin.left[axis][1] as f32);
                 let _ = noise[axis].push(mean_square[axis] as f32);

@@ -135,3 +135,59 @@ impl<V: Lanes<Scalar = f64>> WhiteningOfLanes<V> {
         [r0.scale(x), r1.scale(y).add_mul(w10, r0), r2.scale(z).add_mul(w20, r0).add_mul(w21, r1)]
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::{Complex as Dense, Matrix3};
+    use proptest::prelude::*;
+
+    use super::*;
+
+    fn dense(value: Complex<f64>) -> Dense<f64> {
+        Dense::new(value.re, value.im)
+    }
+
+    proptest! {
+        /// `Wᴴ W` is the inverse of half the covariance, whose rows and columns of axes that are not measured are left out.
+        #[test]
+        fn equals_the_inverse_covariance_of_what_is_measured(
+            parts in prop::array::uniform18(-1.0..1.0_f64),
+            acceleration in prop::array::uniform3(0.01..2.0_f64),
+            force in prop::array::uniform3(0.0..2.0_f64),
+            measured in prop::array::uniform3(any::<bool>()),
+        ) {
+            let accelerance: [[Complex<f64>; 3]; 3] = core::array::from_fn(|i| {
+                core::array::from_fn(|j| Complex { re: parts[6 * i + 2 * j], im: parts[6 * i + 2 * j + 1] })
+            });
+            let noise = core::array::from_fn(|axis| if measured[axis] { acceleration[axis] } else { f64::INFINITY });
+            let whitening = Whitening::new(&noise, &force, &accelerance);
+            let columns = [0, 1, 2].map(|axis| {
+                let mut unit = [[0.0; 2]; 3];
+                unit[axis][0] = 1.0;
+                whitening.white(&unit).map(dense)
+            });
+            let white = Matrix3::from_fn(|row, column| columns[column][row]);
+            let h = Matrix3::from_fn(|i, j| dense(accelerance[i][j]));
+            let diagonal = |values: [f64; 3]| Matrix3::from_diagonal(&values.map(Dense::from).into());
+            let mut covariance = (diagonal(acceleration) + h * diagonal(force) * h.adjoint()) * Dense::from(0.5);
+            for axis in (0..3).filter(|axis| !measured[*axis]) {
+                covariance.row_mut(axis).fill(Dense::from(0.0));
+                covariance.column_mut(axis).fill(Dense::from(0.0));
+                covariance[(axis, axis)] = Dense::from(1.0);
+            }
+            let mut expected = covariance.try_inverse().unwrap();
+            for axis in (0..3).filter(|axis| !measured[*axis]) {
+                expected[(axis, axis)] = Dense::from(0.0);
+            }
+            let gap = (white.adjoint() * white - expected).norm();
+            prop_assert!(gap < 1e-9 * (1.0 + expected.norm()), "{gap:e}");
+            let residual = [[0.3, -0.1], [0.2, 0.5], [-0.4, 0.1]];
+            let error = whitening.force_error(&force, &accelerance, &residual);
+            let r = nalgebra::Vector3::from_fn(|axis, _| Dense::new(residual[axis][0], residual[axis][1]));
+            let most_likely = diagonal(force) * h.adjoint() * expected * r * Dense::from(0.5);
+            for axis in 0..3 {
+                prop_assert!((dense(error[axis]) - most_likely[axis]).norm() < 1e-9 * (1.0 + most_likely.norm()));
+            }
+        }
+    }
+}

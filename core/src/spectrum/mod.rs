@@ -120,14 +120,37 @@ impl Error for SpectrumError {}
 /// A record is of no use if its force power in the band is at most this many times that of the noise. The fit weighs its estimate
 /// of the force as if no noise were left in it.
 pub const LEAST_FORCE: f64 = 10.0;
+/// Returns whether an axis of the acceleration is not measured: its noise is infinite, and nothing is read.
+fn is_absent(signal: &[f32], noise: f32) -> bool {
+    noise == f32::INFINITY && signal.iter().all(|value| *value == 0.0)
+}
+
 /// Fewest bins of a fit.
 const MIN_BINS: usize = 8;
+
+/// Where a force acts: the pose of the robot, and the point of its tool.
+#[derive(Clone, Copy, Debug)]
+pub struct Site<'a> {
+    /// Joint angles, rad (m).
+    pub pose: &'a [f64],
+    /// Point at which the force acts, from the TCP, TCP axes, m.
+    pub point: Vector3<f64>,
+}
+
+impl<'a> Site<'a> {
+    /// The TCP at a pose, rad (m).
+    pub fn tcp(pose: &'a [f64]) -> Self {
+        Self { pose, point: Vector3::zeros() }
+    }
+}
 
 /// A record in the frequency domain, with its pose and its noise.
 #[derive(Clone, Debug)]
 pub struct Experiment<const B: usize> {
     /// Joint angles, rad (m).
     pub pose: Vec<f64, MAX_JOINTS>,
+    /// Point at which the force acts, from the TCP, TCP axes, m.
+    pub point: [f64; 3],
     /// Fundamental frequency 2π/T, rad/s: the spacing of the bins.
     pub spacing: f64,
     /// Bin number of the first bin.
@@ -141,7 +164,7 @@ pub struct Experiment<const B: usize> {
     pub drift: Spectrum<B>,
     /// Mean square of the noise in each bin of the force, per axis, (Ns)².
     pub force_noise: [Vec<f32, B>; 3],
-    /// Mean square of the noise in each bin of the acceleration, per axis, (m/s)².
+    /// Mean square of the noise in each bin of the acceleration, per axis, (m/s)². It is infinite along an axis that is not measured.
     pub acceleration_noise: [Vec<f32, B>; 3],
     /// Mean square of that noise without its lines, per axis, (m/s)².
     pub broad_noise: [Vec<f32, B>; 3],
@@ -177,9 +200,11 @@ impl<const B: usize> Experiment<B> {
         if let Some(other) = signals().find(|signal| signal.len() != samples) {
             return Err(SpectrumError::Length(other.len()));
         }
-        let noise = record.force_noise.iter().chain(&record.acceleration_noise);
+        let axes = record.acceleration.iter().zip(&record.acceleration_noise);
+        let measured = axes.filter(|(signal, noise)| !is_absent(signal, **noise));
+        let noise = record.force_noise.iter().chain(measured.map(|(_, noise)| noise));
         if signals().flatten().chain(noise).any(|value| !value.is_finite())
-            || record.pose.iter().any(|angle| !angle.is_finite())
+            || record.pose.iter().chain(&record.point).any(|value| !value.is_finite())
         {
             return Err(SpectrumError::NotFinite);
         }
@@ -222,7 +247,9 @@ impl<const B: usize> Experiment<B> {
                 let white = (white * samples as f64 * period * period) as f32;
                 let frequency = |bin: usize| bin as f32 / samples as f32;
                 let density = |bin| density(&shapes[axis], frequency(bin), samples);
-                band.clone().map(|bin| white * density(bin)).collect::<Vec<f32, B>>()
+                let mean_square =
+                    |bin| if white.is_finite() { white * density(bin) } else { white };
+                band.clone().map(mean_square).collect::<Vec<f32, B>>()
             })
         };
         let force_noise: [Vec<f32, B>; 3] =
@@ -232,7 +259,9 @@ impl<const B: usize> Experiment<B> {
         };
         let acceleration_noise: [Vec<f32, B>; 3] = of_acceleration(NoiseShape::density);
         let broad_noise = of_acceleration(|shape, frequency, _| shape.broad_density(frequency));
-        let mut noises = force_noise.iter().chain(&acceleration_noise).flatten();
+        let measured = acceleration_noise.iter().zip(&record.acceleration_noise);
+        let measured = measured.filter(|(_, noise)| noise.is_finite()).map(|(axis, _)| axis);
+        let mut noises = force_noise.iter().chain(measured).flatten();
         if noises.any(|value| !value.is_finite()) {
             return Err(SpectrumError::NotFinite);
         }
@@ -245,6 +274,7 @@ impl<const B: usize> Experiment<B> {
         let thinned = ThinnedSpectra::new(record, band, buffer)?;
         Ok(Self {
             pose: record.pose.clone(),
+            point: record.point,
             spacing,
             first_bin,
             force,
@@ -262,6 +292,26 @@ impl<const B: usize> Experiment<B> {
     /// Number of bins.
     pub fn bins(&self) -> usize {
         self.force.re[0].len()
+    }
+
+    /// Where the force acts.
+    pub fn site(&self) -> Site<'_> {
+        Site { pose: &self.pose, point: self.point.into() }
+    }
+
+    /// Returns whether the acceleration along an axis is measured.
+    pub fn measures(&self, axis: usize) -> bool {
+        self.acceleration_noise[axis].iter().all(|noise| noise.is_finite())
+    }
+
+    /// Number of axes along which the acceleration is measured.
+    pub(crate) fn measured_axes(&self) -> usize {
+        (0..3).filter(|axis| self.measures(*axis)).count()
+    }
+
+    /// Number of real residuals of one out of `every` bin.
+    pub(crate) fn residuals(&self, every: usize) -> usize {
+        2 * self.measured_axes() * self.bins().div_ceil(every)
     }
 
     /// Root mean square of the force over the record in the band, all axes together, N.
@@ -286,12 +336,13 @@ impl Measurement {
         self.accelerometer.feels(&self.gravity())
     }
 
-    /// The sensors with the errors in `calibration`.
-    pub(crate) fn sensors(&self, calibration: &Calibration) -> Sensors {
+    /// The sensors with the errors in `calibration`, and a force at this point.
+    pub(crate) fn sensors(&self, calibration: &Calibration, point: Vector3<f64>) -> Sensors {
         Sensors {
             accelerometer: self.accelerometer,
             mounting: self.mounting,
             calibration: *calibration,
+            point,
         }
     }
 }

@@ -171,6 +171,7 @@ mod tests {
             force_noise_shape: Default::default(),
             acceleration_noise_shape: Default::default(),
             starts_at_rest: true,
+            point: [0.0; 3],
         }
     }
 

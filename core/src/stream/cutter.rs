@@ -1,10 +1,13 @@
 //! From aligned instants to records: where the stretch is cut, and what a record gets from it.
 
+use heapless::Vec;
+
 use super::align::{Aligned, Instant};
 use super::clock::Clock;
 use super::invalid::Earlier;
 use super::stretch::Stretch;
 use super::{Record, StreamConfig, StreamHealth, bridge, noise, spikes};
+use crate::noise::NoiseShape;
 use crate::spectrum::fft::MIN_SAMPLES;
 
 /// A record is no shorter than a full one divided by this.
@@ -205,9 +208,27 @@ impl<const N: usize> Cutter<'_, N> {
             record.acceleration_noise[axis] = libm::sqrtf(acceleration.power);
             record.acceleration_noise_shape[axis] = acceleration.shape;
         }
+        leave_out_absent(record);
         record.starts_at_rest = noise.starts_at_rest;
         health.bridged += (lost[0] + lost[1]) as u64;
         health.records += 1;
         sink(record);
+    }
+}
+
+/// Makes the noise of axes that are not measured that of nothing: a force of 0 is exact, and an acceleration of 0 says nothing.
+fn leave_out_absent<const N: usize>(record: &mut Record<N>) {
+    let absent = |signals: &[Vec<f32, N>; 3]| {
+        signals.each_ref().map(|signal| signal.iter().all(|value| *value == 0.0))
+    };
+    let [force, acceleration] = [absent(&record.force), absent(&record.acceleration)];
+    for axis in (0..3).filter(|axis| force[*axis]) {
+        record.force_noise[axis] = 0.0;
+        record.force_noise_shape[axis] = NoiseShape::WHITE;
+    }
+    // A sensor that reads nothing at all is broken.
+    for axis in (0..3).filter(|axis| acceleration[*axis] && acceleration != [true; 3]) {
+        record.acceleration_noise[axis] = f32::INFINITY;
+        record.acceleration_noise_shape[axis] = NoiseShape::WHITE;
     }
 }

@@ -58,6 +58,11 @@ pub enum Reading {
         /// Angle, rad, or stroke, m.
         value: f64,
     },
+    /// Point of the tool at which the force acts from now on. Before the first it is the TCP.
+    Point {
+        /// From the TCP, TCP axes, m.
+        value: [f64; 3],
+    },
 }
 
 /// Longest silence of all signals after which joint angles still hold, s. In a longer silence, as between two recordings, the robot
@@ -109,6 +114,7 @@ impl<const N: usize> Stream<N> {
                 force_noise_shape: [NoiseShape::WHITE; 3],
                 acceleration_noise_shape: [NoiseShape::WHITE; 3],
                 starts_at_rest: false,
+                point: [0.0; 3],
             },
             health: StreamHealth::default(),
             quiet: None,
@@ -146,6 +152,13 @@ impl<const N: usize> Stream<N> {
             Reading::Force { counter, value } => (Channel::Force, counter, value),
             Reading::Acceleration { counter, value } => (Channel::Acceleration, counter, value),
             Reading::Joint { index, value } => return self.joint(time_s, index, value),
+            Reading::Point { value } => {
+                if value != self.record.point {
+                    self.finish(&mut sink);
+                    self.record.point = value;
+                }
+                return;
+            }
         };
         if value.iter().any(|value| !value.is_finite()) {
             self.health.refused += 1;

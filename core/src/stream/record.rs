@@ -20,13 +20,14 @@ pub struct Record<const N: usize> {
     /// True if the measured rate contradicts the configured one, but is too uncertain to replace it. A fit to the record is then
     /// wrong by an unknown factor.
     pub has_doubtful_rate: bool,
-    /// Force that the tool exerts on the robot, N, along each of the force sensor's axes.
+    /// Force that the tool exerts on the robot, N, along each of the force sensor's axes. An axis that is exactly 0 throughout is not measured.
     pub force: [Vec<f32, N>; 3],
-    /// Acceleration, m/s², along each of the accelerometer's axes.
+    /// Acceleration, m/s², along each of the accelerometer's axes. An axis that is exactly 0 throughout is not measured.
     pub acceleration: [Vec<f32, N>; 3],
-    /// Standard deviation of the noise of one force sample, per axis, bridging errors included, N.
+    /// Standard deviation of the noise of one force sample, per axis, bridging errors included, N. It is 0 along an axis that is not measured.
     pub force_noise: [f32; 3],
-    /// Standard deviation of the noise of one acceleration sample, per axis, bridging errors included, m/s².
+    /// Standard deviation of the noise of one acceleration sample, per axis, bridging errors included, m/s². It is infinite along an axis that is
+    /// not measured.
     pub acceleration_noise: [f32; 3],
     /// Spectrum of the force's noise, per axis.
     pub force_noise_shape: [NoiseShape; 3],
@@ -34,6 +35,10 @@ pub struct Record<const N: usize> {
     pub acceleration_noise_shape: [NoiseShape; 3],
     /// True if the robot rests when the record starts.
     pub starts_at_rest: bool,
+    /// Point of the tool at which the force acts, from the TCP, TCP axes, m. Only tables state one, and no state that is kept has records
+    /// of these.
+    #[cfg_attr(feature = "serde", serde(skip))]
+    pub point: [f64; 3],
 }
 
 impl<const N: usize> Record<N> {

@@ -43,7 +43,7 @@ pub(crate) fn targets(
     measurement: &Measurement,
     experiments: &[Experiment<BINS>],
 ) -> Vec<Target> {
-    let target = |one: &Experiment<BINS>| Target::new(chain, measurement, &one.pose).unwrap();
+    let target = |one: &Experiment<BINS>| Target::new(chain, measurement, one.site()).unwrap();
     experiments.iter().map(target).collect()
 }
 

@@ -239,6 +239,7 @@ pub(crate) fn record(
         acceleration_noise_shape: Default::default(),
         has_doubtful_rate: false,
         starts_at_rest: conditions.skipped == 0,
+        point: [0.0; 3],
     };
     for sensed in sense(chain, pose, bushings, force, conditions) {
         for axis in 0..3 {

@@ -40,6 +40,8 @@ struct Bench {
     now: f64,
     counter: u32,
     sent: u32,
+    /// 0 along an axis of the force or the acceleration that is not measured, else 1.
+    measured: [[f32; 3]; 2],
 }
 
 impl Bench {
@@ -52,6 +54,7 @@ impl Bench {
             now: 1000.0,
             counter: 65_000,
             sent: 0,
+            measured: [[1.0; 3]; 2],
         }
     }
 
@@ -69,6 +72,10 @@ impl Bench {
             .map(|w| (size * (w * phase).sin() + 0.2 * self.random.normal()) as f32);
         let motion = [0.05, 0.11, 0.02]
             .map(|w| ((w * phase).sin() * size / 100.0 + 0.02 * self.random.normal()) as f32);
+        let of = |sensor: usize, value: [f32; 3]| {
+            std::array::from_fn(|axis| self.measured[sensor][axis] * value[axis])
+        };
+        let (force, motion) = (of(0, force), of(1, motion));
         if !lost[0] {
             self.push(self.now, Reading::Force { counter, value: force });
         }
@@ -143,6 +150,45 @@ fn an_experiment_becomes_one_record() {
     assert!(record.force_noise.iter().all(|noise| (noise / 0.2 - 1.0).abs() < 0.1));
     assert!(record.acceleration_noise.iter().all(|noise| (noise / 0.02 - 1.0).abs() < 0.1));
     assert_eq!((health.frames, health.frames_lost, health.samples_discarded), (4096, 0, 0));
+}
+
+/// The noise along the other axes is what it is without them.
+#[test]
+fn an_axis_that_is_not_measured_has_no_noise_or_no_weight() {
+    for struck in 0..3 {
+        let mut bench = Bench::new();
+        bench.measured = [[0.0; 3], [1.0, 1.0, 0.0]];
+        bench.measured[0][struck] = 1.0;
+        bench.run(300, false);
+        bench.run(1748, true);
+        let (records, health) = bench.finish();
+        assert_eq!((lengths(&records), health.held, health.clipped), (vec![2048], [0; 6], [0; 6]));
+        let record = &records[0];
+        assert!(record.starts_at_rest);
+        for axis in (0..3).filter(|axis| *axis != struck) {
+            assert_eq!(record.force_noise[axis], 0.0);
+        }
+        let [x, y, z] = record.acceleration_noise;
+        assert_eq!(z, f32::INFINITY);
+        for noise in [record.force_noise[struck] / 0.2, x / 0.02, y / 0.02] {
+            assert!((noise - 1.0).abs() < 0.15, "{struck}: {noise}");
+        }
+    }
+}
+
+/// A record is of one point, that of the newest reading before it.
+#[test]
+fn another_point_begins_another_record() {
+    let mut bench = Bench::new();
+    bench.push(bench.now, Reading::Point { value: [0.1, 0.0, 0.0] });
+    bench.run(300, false);
+    bench.run(1748, true);
+    bench.push(bench.now, Reading::Point { value: [0.1, 0.0, 0.2] });
+    bench.run(300, false);
+    bench.run(1748, true);
+    let (records, _) = bench.finish();
+    let points: Vec<[f64; 3]> = records.iter().map(|record| record.point).collect();
+    assert_eq!(points, [[0.1, 0.0, 0.0], [0.1, 0.0, 0.2]]);
 }
 
 #[test]

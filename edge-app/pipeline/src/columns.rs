@@ -13,6 +13,10 @@ use crate::units;
 /// Columns of a load on the tool, each with its unit.
 pub(crate) const LOAD: [(&str, &str); 6] =
     [("fx", "N"), ("fy", "N"), ("fz", "N"), ("mx", "Nm"), ("my", "Nm"), ("mz", "Nm")];
+/// Columns of the point of a load.
+pub(crate) const LOAD_POINT: [&str; 3] = ["px", "py", "pz"];
+/// Largest distance of a point from the TCP along each axis, m. No robot holds a longer tool.
+const LARGEST_DISTANCE_M: f64 = 5.0;
 /// Largest load that is accepted, N or Nm. No robot bears more.
 pub(crate) const LARGEST_LOAD: f64 = 1e6;
 
@@ -206,6 +210,22 @@ impl<'a> Angle<'a> {
         }
         Ok(angle * scale)
     }
+}
+
+/// Returns a point from the TCP, m. What is empty or left out is 0.
+pub(crate) fn point(
+    line: &StringRecord,
+    cells: &[Option<usize>; 3],
+    names: &[&str; 3],
+) -> Result<[f64; 3], String> {
+    let mut point = [0.0; 3];
+    for ((value, cell), name) in point.iter_mut().zip(cells).zip(names) {
+        if let Some(cell) = cell {
+            *value = number(&line[*cell], name, "m")?.unwrap_or(0.0);
+            at_most(name, *value, LARGEST_DISTANCE_M, "m from the TCP")?;
+        }
+    }
+    Ok(point)
 }
 
 /// Refuses what is larger than `most`, in either direction.

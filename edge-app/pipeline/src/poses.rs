@@ -1,4 +1,4 @@
-//! Joint angles of tables that do not hold them, as people note them: a table in each line.
+//! What tables do not hold, as people note it: joint angles, and where a hammer has struck. A table is in each line.
 //!
 //! ```text
 //! file,q1 [deg],q2 [deg],q3 [deg]
@@ -11,6 +11,8 @@
 //! | `file`                       | name of the table; `-` is standard input         |            |
 //! | `q1`, `q2`… from the base    | joint angles, strokes, while the table was taken | rad, m     |
 //! | `q1_deg` or `q1 [deg]`…      | a joint angle in place of `q1`, `q2`…            | deg        |
+//! | `force`, `acceleration`      | direction of a sensor of one channel: `x`, `-z`  |            |
+//! | `px`, `py`, `pz`             | point of the force, from the TCP along its axes  | m          |
 //!
 //! A table of several cuts at different poses has a line for each cut, in their order.
 
@@ -19,7 +21,7 @@ use std::path::{Component, Path, PathBuf};
 
 use csv::StringRecord;
 
-use crate::columns::{self, Angle};
+use crate::columns::{self, Angle, LOAD_POINT};
 use crate::input::{self, BadInput};
 use crate::model::Model;
 
@@ -28,14 +30,60 @@ const FILE: &str = "file";
 /// Endings of packed files, which a line may leave out.
 const PACKED: [&str; 2] = ["gz", "zst"];
 
+/// Columns of the directions of sensors of one channel.
+pub(crate) const DIRECTIONS: [&str; 2] = ["force", "acceleration"];
+
 /// The poses of tables.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Poses(Vec<(String, Vec<f64>)>);
+pub struct Poses {
+    lines: Vec<(String, Cut)>,
+    /// True for force and acceleration if the lines say their direction.
+    pub(crate) have_directions: [bool; 2],
+}
+
+/// What a line says of a cut.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Cut {
+    /// Joint angles, strokes, rad (m), base first.
+    pub pose: Vec<f64>,
+    /// Directions of force and acceleration, where each is of one channel.
+    pub directions: [Option<Direction>; 2],
+    /// Point at which the force acts, from the TCP, TCP axes, m.
+    pub point: [f64; 3],
+}
+
+/// A direction along an axis of a sensor.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Direction {
+    /// Number of the axis, from 0.
+    pub axis: usize,
+    /// 1, or -1 against the axis.
+    pub sign: f32,
+}
+
+impl Direction {
+    /// Parses `x`, `+y` or `-Z`.
+    fn parse(text: &str) -> Option<Self> {
+        let (sign, name) = match text.strip_prefix('-') {
+            Some(name) => (-1.0, name),
+            None => (1.0, text.strip_prefix('+').unwrap_or(text)),
+        };
+        let axis = ["x", "y", "z"].iter().position(|axis| name.eq_ignore_ascii_case(axis))?;
+        Some(Self { axis, sign })
+    }
+
+    /// Returns the vector of a value along this direction.
+    pub(crate) fn vector(self, value: f32) -> [f32; 3] {
+        let mut vector = [0.0; 3];
+        vector[self.axis] = self.sign * value;
+        vector
+    }
+}
 
 impl Poses {
-    /// Returns the poses of a table, one per cut, rad (m). A line names it by its name and the folders before it, as many as need be: of two lines the
+    /// Returns what the lines of a table say, one per cut. A line names it by its name and the folders before it, as many as need be: of two lines the
     /// longer one counts.
-    pub fn of(&self, table: &Path) -> Vec<Vec<f64>> {
+    pub fn of(&self, table: &Path) -> Vec<Cut> {
         let is_packed =
             table.extension().and_then(OsStr::to_str).is_some_and(|own| PACKED.contains(&own));
         let unpacked = if is_packed { table.with_extension("") } else { table.to_owned() };
@@ -45,14 +93,15 @@ impl Poses {
             let is_own = table.ends_with(&line) || unpacked.ends_with(&line);
             is_own.then(|| line.components().count())
         };
-        let longest = self.0.iter().filter_map(|(name, _)| length(name)).max();
-        let own = self.0.iter().filter(|(name, _)| longest.is_some() && length(name) == longest);
-        own.map(|(_, pose)| pose.clone()).collect()
+        let longest = self.lines.iter().filter_map(|(name, _)| length(name)).max();
+        let own =
+            self.lines.iter().filter(|(name, _)| longest.is_some() && length(name) == longest);
+        own.map(|(_, cut)| cut.clone()).collect()
     }
 
     /// Returns the names of the tables.
     pub fn names(&self) -> impl Iterator<Item = &str> {
-        self.0.iter().map(|(name, _)| name.as_str())
+        self.lines.iter().map(|(name, _)| name.as_str())
     }
 }
 
@@ -61,6 +110,8 @@ struct Columns<'a> {
     cells: usize,
     file: usize,
     joints: Vec<Angle<'a>>,
+    directions: [Option<usize>; 2],
+    point: [Option<usize>; 3],
 }
 
 /// Reads the poses of tables.
@@ -76,10 +127,12 @@ pub fn load(file: &Path, model: &Model) -> Result<Poses, BadInput> {
 /// # Errors
 /// The errors are those of [`load`].
 pub fn parse(file: &Path, text: &str, model: &Model) -> Result<Poses, BadInput> {
-    let mut poses = Vec::new();
+    let mut poses = Poses::default();
     let names = || columns::angle_names(model);
     let needed: Vec<String> = std::iter::once(FILE.to_owned()).chain(names()).collect();
-    let known: Vec<String> = needed.iter().cloned().chain(columns::degree_names(model)).collect();
+    let known = needed.iter().cloned().chain(columns::degree_names(model));
+    let others = DIRECTIONS.iter().chain(&LOAD_POINT).map(|name| (*name).to_owned());
+    let known: Vec<String> = known.chain(others).collect();
     let header = |header: &StringRecord| {
         columns::check_names(header, &known, &needed)?;
         let find = |name: &str| columns::find(header, name);
@@ -89,7 +142,8 @@ pub fn parse(file: &Path, text: &str, model: &Model) -> Result<Poses, BadInput> 
         let joints = model.driven().zip(1..);
         let joints = joints.map(|(joint, number)| Angle::new(joint, number, find, place));
         let joints = joints.collect::<Result<_, _>>()?;
-        Ok(Columns { cells: header.len(), file: place(FILE)?, joints })
+        let (directions, point) = (DIRECTIONS.map(find), LOAD_POINT.map(find));
+        Ok(Columns { cells: header.len(), file: place(FILE)?, joints, directions, point })
     };
     columns::read(file, text, header, |columns, line, _| {
         columns::check_cells(line, columns.cells)?;
@@ -98,17 +152,32 @@ pub fn parse(file: &Path, text: &str, model: &Model) -> Result<Poses, BadInput> 
         match &line[columns.file] {
             "" => Err(format!("column {FILE} is empty: name the table")),
             name => {
-                poses.push((name.to_owned(), pose));
+                let mut directions = [None; 2];
+                for (sensor, cell) in columns.directions.iter().enumerate() {
+                    poses.have_directions[sensor] = cell.is_some();
+                    let Some(cell) = cell else { continue };
+                    directions[sensor] = Some(direction(&line[*cell], DIRECTIONS[sensor])?);
+                }
+                let point = columns::point(line, &columns.point, &LOAD_POINT)?;
+                poses.lines.push((name.to_owned(), Cut { pose, directions, point }));
                 Ok(())
             }
         }
     })?;
-    if poses.is_empty() {
+    if poses.lines.is_empty() {
         let needed = needed.join(",");
         let mend = format!("the first line is {needed}, each other the pose of a table");
         return Err(BadInput::new(file, format!("has no pose: {mend}")));
     }
-    Ok(Poses(poses))
+    Ok(poses)
+}
+
+/// Reads the direction of a sensor in a cell of this column.
+fn direction(cell: &str, column: &str) -> Result<Direction, String> {
+    let wrong = || {
+        format!("column {column} is {cell:?}: must be x, y or z, or -x, -y or -z against the axis")
+    };
+    Direction::parse(cell).ok_or_else(wrong)
 }
 
 #[cfg(test)]
@@ -129,7 +198,7 @@ mod tests {
             poses
                 .of(Path::new(name))
                 .iter()
-                .map(|pose| pose[0].to_degrees().round())
+                .map(|cut| cut.pose[0].to_degrees().round())
                 .collect::<Vec<_>>()
         };
         assert_eq!(of("cut.csv"), [90.0, 45.0]);
@@ -138,6 +207,16 @@ mod tests {
             assert_eq!(of(path), [0.0]);
         }
         assert_eq!(of("other.csv"), [0.0; 0]);
+    }
+
+    #[test]
+    fn a_line_says_where_and_along_what_a_hammer_struck() {
+        let text = "file,q1,q2,q3,force,acceleration,px,pz\na.csv,0,0,0,-Z,+x,0.1,\n";
+        let poses = parse(Path::new("poses.csv"), text, &mill3()).unwrap();
+        let [cut] = &poses.of(Path::new("a.csv"))[..] else { panic!("one line") };
+        let directions = cut.directions.map(|own| own.unwrap().vector(2.0));
+        assert_eq!((directions, cut.point), ([[0.0, 0.0, -2.0], [2.0, 0.0, 0.0]], [0.1, 0.0, 0.0]));
+        assert_eq!(poses.have_directions, [true; 2]);
     }
 
     #[test]
@@ -157,6 +236,14 @@ mod tests {
             (
                 "file,q1,q2,q3\na.csv,0,-60,0\n",
                 "p.csv:2: column q2 is -60: joint \"joint_2\" moves in ",
+            ),
+            (
+                "file,q1,q2,q3,force\na.csv,0,0,0,w\n",
+                "p.csv:2: column force is \"w\": must be x, y or z, or -x, -y or -z",
+            ),
+            (
+                "file,q1,q2,q3,px\na.csv,0,0,0,40\n",
+                "p.csv:2: column px is 4e1: must be at most 5e0 (in m from the TCP)",
             ),
         ] {
             assert!(refused(text).starts_with(expected), "{}", refused(text));

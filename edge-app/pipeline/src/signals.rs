@@ -25,7 +25,8 @@ pub struct SignalTable {
     pub force_resolution: f32,
     /// Smallest step of the acceleration on its coarsest axis, m/s².
     pub acceleration_resolution: f32,
-    /// Names of the signals of force and acceleration, in the order of [`Limits`].
+    /// Names of the signals of force and acceleration, in the order of [`Limits`]. An axis that is not measured has an empty name, and a channel
+    /// whose direction differs from cut to cut the name of all three.
     pub axes: [String; 6],
     /// Names of the signals of the joints, base first.
     pub joints: Vec<String>,
@@ -99,7 +100,28 @@ impl SignalTable {
 
     /// Returns whether the signals are columns of tables, and no frame has them.
     pub fn is_of_columns(&self) -> bool {
-        self.messages.is_empty() && !self.axes[0].is_empty()
+        self.messages.is_empty() && !self.is_none()
+    }
+
+    /// Returns whether there is no signal at all.
+    pub fn is_none(&self) -> bool {
+        self.axes.iter().all(String::is_empty)
+    }
+
+    /// Returns whether the force or the acceleration (sensor 0, 1) is of one channel, whose direction differs from cut to cut.
+    pub fn is_single(&self, sensor: usize) -> bool {
+        let [x, y, z] = [0, 1, 2].map(|axis| &self.axes[3 * sensor + axis]);
+        !x.is_empty() && x == y && y == z
+    }
+
+    /// Returns whether an axis, in the order of [`Limits`], is measured in every cut.
+    pub fn is_measured(&self, axis: usize) -> bool {
+        !self.axes[axis].is_empty() && !self.is_single(axis / 3)
+    }
+
+    /// Returns whether the force is measured along some axes alone: it is that of a hammer or a shaker.
+    pub fn has_part_of_force(&self) -> bool {
+        !self.is_none() && !(0..3).all(|axis| self.is_measured(axis))
     }
 
     /// Returns all messages as text. Equal tables give equal texts.

@@ -70,5 +70,6 @@ fn record(trial: &Trial, sampling: &Sampling, rng: &mut impl Rng) -> Box<Record<
         acceleration_noise_shape: Default::default(),
         has_doubtful_rate: false,
         starts_at_rest: true,
+        point: [0.0; 3],
     })
 }

@@ -51,6 +51,26 @@ pub fn milling(
     filter(&raw, &low_pass())
 }
 
+/// Force of a hammer's blow along a direction, as [`milling`] has it: half a sine of this peak, N, and width, s, after a rest.
+pub fn blow(
+    direction: &Vector3<f64>,
+    peak_n: f64,
+    width_s: f64,
+    sampling: &Sampling,
+) -> Vec<Vector3<f64>> {
+    let steps = sampling.samples() * OVERSAMPLING;
+    let rate = sampling.rate_hz * OVERSAMPLING as f64;
+    let begin = CUT[0] * steps as f64 / rate;
+    let raw: Vec<_> = (0..steps)
+        .map(|step| {
+            let part = (step as f64 / rate - begin) / width_s;
+            let size = if (0.0..1.0).contains(&part) { peak_n * (PI * part).sin() } else { 0.0 };
+            size * direction
+        })
+        .collect();
+    filter(&raw, &low_pass())
+}
+
 /// Angle of the spindle at each sample of an experiment, rad. Before and after the cut its speed is constant.
 pub fn spindle(experiment: &Experiment, sampling: &Sampling) -> Vec<f64> {
     let [enter, leave] = CUT.map(|part| part * sampling.duration_s);

@@ -59,6 +59,7 @@ pub(super) fn record(number: u64) -> Examined {
             rms_force_n: 150.0,
             octaves: [2.0, 4.0, 8.0].map(octave).into(),
         }),
+        blows: None,
     }
 }
 

@@ -10,6 +10,7 @@
 //! | `sensors`     | axes that are swapped, stuck or clipped; spikes               |
 //! | `rest`        | rest before each cut                                          |
 //! | `excitation`  | where the force stands clear of its noise                     |
+//! | `blows`       | blows of a hammer that are cut off, or come twice             |
 //! | `statics`     | the signs of static tests                                     |
 //! | `records`     | number, poses and repetitions of the records                  |
 //! | `source`      | logs that are no whole logs of `candump -L`                   |
@@ -18,6 +19,7 @@
 //! What frames hold is surveyed by [`flexid_pipeline::check`], with the thresholds of the daemon. The thresholds here stand at the top of
 //! their file, each with its source.
 
+mod blows;
 mod counters;
 mod excitation;
 #[cfg(test)]
@@ -120,6 +122,7 @@ impl<'a> Check<'a> {
             findings.extend(sensors::judge(survey));
             findings.extend(rest::judge(survey));
             findings.extend(excitation::judge(survey));
+            findings.extend(blows::judge(survey));
             let is_explained = findings.iter().any(|finding| finding.severity == Severity::Wrong);
             findings.extend(records::judge(config, survey, is_explained));
         }

@@ -15,7 +15,7 @@ pub(super) const ABOUTS: [&str; 2] = [ABOUT, ABOUT_MODEL];
 
 /// Returns whether the configuration describes records, and not static tests alone.
 pub(super) fn has_signals(config: &Config) -> bool {
-    !config.signals.axes[0].is_empty()
+    !config.signals.is_none()
 }
 
 /// The first finding: that nothing may be off but what is sought or stated, if `[accuracy]` assumes so.

@@ -192,6 +192,7 @@ impl Candidates<'_> {
             acceleration_noise_shape: Default::default(),
             has_doubtful_rate: false,
             starts_at_rest: true,
+            point: [0.0; 3],
         })
     }
 }

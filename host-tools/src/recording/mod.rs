@@ -19,6 +19,7 @@ use std::time::Duration;
 
 use flexid_pipeline::config::Config;
 use flexid_pipeline::input::{self, BadInput};
+use flexid_pipeline::poses::Cut;
 use flexid_pipeline::source::{
     Arrival, CandumpLog, Flow, FrameSource, Logs, Shown, SourceHealth, TableLog, table,
 };
@@ -203,8 +204,8 @@ fn log(name: &Path, bytes: impl Read + Send + 'static, config: &Config) -> Resul
     Ok(Log::Frames(Box::new(log)))
 }
 
-/// The poses of a table, if they are not columns of it.
-fn poses(name: &Path, shown: &Path, config: &Config) -> Result<Option<Vec<Vec<f64>>>, BadInput> {
+/// What is stated of the cuts of a table, if the poses are not columns of it.
+fn poses(name: &Path, shown: &Path, config: &Config) -> Result<Option<Vec<Cut>>, BadInput> {
     let Some(poses) = &config.poses else { return Ok(None) };
     let own = poses.of(name);
     if own.is_empty() {

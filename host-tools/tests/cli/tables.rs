@@ -152,3 +152,50 @@ fn a_table_is_checked_as_a_log_is() {
     let text = String::from_utf8_lossy(&alone.stdout).into_owned();
     assert!(text.contains("ready to read tables: 3 joints"), "{text}");
 }
+
+/// A hammer's channel and three accelerations: the blows of a file stand in its poses, an axis a line.
+#[test]
+fn blows_of_a_hammer_are_checked() {
+    let folder = for_tables();
+    let path = folder.path();
+    edit(&path.join("edge.toml"), "force = [\"Fx\", \"Fy\", \"Fz\"]", "force = \"Hammer\"");
+    let poses = "file,q1,q2,q3,force,px\na.csv,0,-0.45,0.95,x,0\na.csv,0,-0.45,0.95,y,0.1\na.csv,0,-0.45,0.95,-z,0\n";
+    fs::write(path.join("poses.csv"), poses).unwrap();
+    let blow = |limit: f64, second: f64| -> String {
+        let row = |row: u32| {
+            let time = f64::from(row) / 5000.0;
+            let noise = f64::from(row.wrapping_mul(2_654_435_761) >> 8) / f64::from(1 << 24) - 0.5;
+            let arch = |begin: f64, peak: f64| {
+                let part = (time - begin) / 2e-3;
+                if (0.0..1.0).contains(&part) {
+                    peak * (std::f64::consts::PI * part).sin()
+                } else {
+                    0.0
+                }
+            };
+            let force = (arch(1.5, 500.0) + arch(1.54, second)).min(limit)
+                + 0.1 * noise * f64::from(u8::from(time < 1.49 || time > 1.6));
+            let ring = if time > 1.5 { (-(time - 1.5)).exp() * (40.0 * time).sin() } else { 0.0 };
+            let value = |size: f64| size * ring + 0.01 * noise;
+            format!("{time:.6},{force:.3},{:.6},{:.6},{:.6}\n", value(0.3), value(-0.2), value(0.4))
+        };
+        (0..30_000).map(row).collect()
+    };
+    let text = ["time [s],Hammer [N],ax [g],ay [g],az [g]\n"].repeat(3);
+    let blows = [blow(1e3, 0.0), blow(1e3, 100.0), blow(400.0, 0.0)];
+    let table: String =
+        text.iter().zip(&blows).map(|(names, blow)| format!("{names}{blow}")).collect();
+    fs::write(path.join("a.csv"), table).unwrap();
+    let checked = flexid(path, "check --config edge.toml a.csv --json");
+    let said = findings(&checked.stdout);
+    for expected in [
+        "all columns are in the table",
+        "3 records in 1 pose; at one pose: records 1, 2 and 3",
+        "a double hit in record 2, 40 ms apart",
+        "overload: a blow in record 3 cut off at 400 N",
+        "blows may not break the joints loose",
+    ] {
+        assert!(said.contains(expected), "{expected}: {said}");
+    }
+    assert!(!said.contains("stuck"), "{said}");
+}

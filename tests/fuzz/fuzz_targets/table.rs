@@ -9,7 +9,7 @@ use std::time::Duration;
 
 use flexid_core::stream::Reading;
 use flexid_pipeline::model::Model;
-use flexid_pipeline::poses;
+use flexid_pipeline::poses::{self, Cut};
 use flexid_pipeline::source::{Content, Flow, FrameSource, Layout, TableLog, table};
 use libfuzzer_sys::fuzz_target;
 
@@ -36,7 +36,8 @@ fuzz_target!(|data: &[u8]| {
     let _ = table::is_like(data);
     let without = Layout { joints: Vec::new(), rate_hz: Some(1000.0), ..LAYOUT.clone() };
     let of_base = Layout { base: Some(MODEL.chain().unwrap()), ..without.clone() };
-    let poses = vec![vec![0.1, 0.2, 0.3]; 2];
+    let cut = Cut { pose: vec![0.1, 0.2, 0.3], ..Cut::default() };
+    let poses = vec![cut; 2];
     for (layout, poses) in
         [(&*LAYOUT, None), (&without, Some(poses.clone())), (&of_base, Some(poses))]
     {
@@ -72,6 +73,7 @@ fuzz_target!(|data: &[u8]| {
                     assert_ne!(newest[place].replace(counter), Some(counter));
                 }
                 Reading::Joint { value, .. } => assert!(value.is_finite()),
+                Reading::Point { .. } => {}
             }
         }
         assert!(arrivals.windows(2).all(|pair| pair[0].time_s <= pair[1].time_s));

@@ -103,8 +103,8 @@ impl Refinement {
         let mut margins = Margins::new(problem.measurement.band_hz);
         for (record, experiment) in experiments.iter().enumerate().take(MAX_EXPERIMENTS) {
             let model = match plant {
-                Some(plant) => plant.model(problem, &experiment.pose, record),
-                None => self.workspace.model(problem, coordinates, &experiment.pose, record),
+                Some(plant) => plant.model(problem, experiment.site(), record),
+                None => self.workspace.model(problem, coordinates, experiment.site(), record),
             };
             let Ok(model) = model else { return Vec::new() };
             self.workspace.add_left_over(problem, &model, experiment, &mut margins);
@@ -184,6 +184,10 @@ impl Margins {
         let band = (place as usize).min(self.bands.len() - 1);
         for (axis, [re, im]) in white.iter().enumerate() {
             let square = re * re + im * im;
+            // Of an axis that is not measured exactly nothing is left.
+            if square == 0.0 {
+                continue;
+            }
             self.directions[axis].add(square);
             self.bands[band].add(square);
             if let Some(record) = self.records.last_mut() {

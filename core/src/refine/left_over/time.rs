@@ -41,7 +41,7 @@ impl InTime {
     pub(super) fn take(&mut self, white: &[[f64; 2]; 3]) {
         self.last.rotate_right(1);
         self.last[0] = *white;
-        self.count += white.len() as f64;
+        self.count += white.iter().filter(|own| **own != [0.0; 2]).count() as f64;
         for (sum, before) in self.lags.iter_mut().zip(&self.last) {
             for ([a, b], [c, d]) in white.iter().zip(before) {
                 sum[0] += a * c + b * d;

@@ -15,6 +15,7 @@ use crate::imperfection::{BASE_OVER_MOVING, Imperfection, REFERENCE_HZ, Sensor};
 use crate::parameters::Bushings;
 use crate::receptance::{Filter, Ground, Growth, Hose, Hysteresis, Terms};
 use crate::sensors::Sensors;
+use crate::spectrum::Site;
 use crate::{DOF, MAX_JOINTS};
 
 /// Least compliance of ground that gives way, m/N and rad/Nm. Chosen: a millionth of that of the stiffest ground.
@@ -49,11 +50,11 @@ pub(in crate::refine) struct Imperfect {
 }
 
 impl Imperfect {
-    /// The model without imperfections at the pose of a record, of this number.
+    /// The model without imperfections at the site of a record, of this number.
     pub(in crate::refine) fn new(
         problem: &Problem<'_>,
         calibration: &Calibration,
-        pose: &[f64],
+        site: Site<'_>,
         record: usize,
     ) -> Self {
         let chain = if problem.sought.seeks_masses() {
@@ -61,8 +62,8 @@ impl Imperfect {
         } else {
             problem.chain.clone()
         };
-        let sensors = problem.measurement.sensors(calibration);
-        Self::of(chain, sensors, REFERENCE_HZ, pose, record)
+        let sensors = problem.measurement.sensors(calibration, site.point);
+        Self::of(chain, sensors, REFERENCE_HZ, site.pose, record)
     }
 
     /// A chain with these sensors at a pose, without imperfections, in the record of this number. Stiffness and damping are those

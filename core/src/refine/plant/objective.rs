@@ -27,7 +27,7 @@ use crate::imperfection::{Imperfection, MAX_IMPERFECTIONS};
 use crate::linear::normal::Normal;
 use crate::parameters::Bushings;
 use crate::sought::{Coordinates, MAX_UNKNOWNS};
-use crate::spectrum::Experiment;
+use crate::spectrum::{Experiment, Site};
 
 /// Values of unknowns and imperfections.
 #[derive(Clone, Copy, Debug)]
@@ -112,8 +112,8 @@ impl<const B: usize> Objective<Point, OF_ALL> for PlantSumOfSquares<'_, B> {
         let bushings = problem.sought.bushings(&point.coordinates);
         let mut sum_of_squares = 0.0;
         for (record, experiment) in experiments.iter().enumerate() {
-            let pose = &experiment.pose;
-            let model = self.imperfections.model(problem, point, &bushings, pose, record);
+            let site = experiment.site();
+            let model = self.imperfections.model(problem, point, &bushings, site, record);
             let Ok(mut model) = model else { return f64::INFINITY };
             model.relative_error = self.relative_error;
             let (seam, remaining) =
@@ -179,7 +179,7 @@ impl<const B: usize> PlantSumOfSquares<'_, B> {
         experiment: &Experiment<B>,
     ) -> Result<(Model, Seam), LinearisationError> {
         let Self { problem, workspace, imperfections, .. } = self;
-        let mut model = prepare(problem, point, imperfections, &experiment.pose, index)?;
+        let mut model = prepare(problem, point, imperfections, experiment.site(), index)?;
         model.relative_error = self.relative_error;
         let seam = match workspace.seams.get(index) {
             Some(seam) => *seam,
@@ -216,16 +216,16 @@ pub(super) fn eliminate_seam(problem: &Problem<'_>, seam: &Seam, record: &mut No
     record.eliminate_with(problem.level, unknowns);
 }
 
-/// The model at a point, in a record of this number at a pose. Prepares the columns of the imperfections.
+/// The model at a point, in a record of this number at a site. Prepares the columns of the imperfections.
 pub(super) fn prepare(
     problem: &Problem<'_>,
     point: &Point,
     imperfections: &mut Imperfections,
-    pose: &[f64],
+    site: Site<'_>,
     record: usize,
 ) -> Result<Model, LinearisationError> {
     let bushings = problem.sought.bushings(&point.coordinates);
-    let imperfect = imperfections.at(problem, point, pose, record, None);
+    let imperfect = imperfections.at(problem, point, site, record, None);
     let linear = imperfect.linearise(problem, &bushings)?;
     let model = imperfect.model(problem, &linear, &bushings)?;
     imperfections.accelerometer_filter = imperfect.accelerometer_filter();
@@ -242,7 +242,7 @@ pub(super) fn prepare(
             imperfections.sags.iter_mut().for_each(Sag::push_none);
             Change::NONE
         } else if imperfection.is_of_model() {
-            let moved = imperfections.at(problem, point, pose, record, Some(index));
+            let moved = imperfections.at(problem, point, site, record, Some(index));
             let there = moved.linearise_at(problem, &elongations);
             let terms = moved.model(problem, &there, &bushings)?.terms;
             if !imperfections.sags.is_empty() {
@@ -260,44 +260,44 @@ pub(super) fn prepare(
 }
 
 impl Plant {
-    /// The model where the fit stands, in a record of this number at a pose.
+    /// The model where the fit stands, in a record of this number at a site.
     pub(in super::super) fn model(
         &self,
         problem: &Problem<'_>,
-        pose: &[f64],
+        site: Site<'_>,
         record: usize,
     ) -> Result<Model, LinearisationError> {
         let bushings = problem.sought.bushings(&self.point.coordinates);
-        self.imperfections.model(problem, &self.point, &bushings, pose, record)
+        self.imperfections.model(problem, &self.point, &bushings, site, record)
     }
 }
 
 impl Imperfections {
-    /// The model at a point with these bushings, in a record of this number at a pose.
+    /// The model at a point with these bushings, in a record of this number at a site.
     fn model(
         &self,
         problem: &Problem<'_>,
         point: &Point,
         bushings: &Bushings,
-        pose: &[f64],
+        site: Site<'_>,
         record: usize,
     ) -> Result<Model, LinearisationError> {
-        let imperfect = self.at(problem, point, pose, record, None);
+        let imperfect = self.at(problem, point, site, record, None);
         let linear = imperfect.linearise(problem, bushings)?;
         imperfect.model(problem, &linear, bushings)
     }
 
-    /// The model at the pose of a record with the imperfections of a point, one of them [`STEP`] larger.
+    /// The model at the site of a record with the imperfections of a point, one of them [`STEP`] larger.
     fn at(
         &self,
         problem: &Problem<'_>,
         point: &Point,
-        pose: &[f64],
+        site: Site<'_>,
         record: usize,
         larger: Option<usize>,
     ) -> Imperfect {
         let calibration = problem.sought.calibration(&point.coordinates);
-        let mut imperfect = Imperfect::new(problem, &calibration, pose, record);
+        let mut imperfect = Imperfect::new(problem, &calibration, site, record);
         for (index, &(imperfection, deviation)) in self.all.iter().enumerate() {
             let more = if larger == Some(index) { STEP } else { 0.0 };
             let value = point.imperfections[index] + more;

@@ -23,7 +23,7 @@ use crate::mounting::Mounting;
 use crate::receptance::{Complex, PerDof, Response, receptance};
 use crate::sensors::Accelerometer;
 use crate::sought::Sought;
-use crate::spectrum::{Experiment, Measurement};
+use crate::spectrum::{Experiment, Measurement, Site};
 use crate::{DOF, MAX_JOINTS};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::SeedableRng as _;
@@ -57,7 +57,7 @@ pub(super) fn measurement(
 /// The model of a plant with these imperfections, each in its standard deviation.
 fn of_plant(problem: &Problem<'_>, plant: &Plant, values: &[f64]) -> Model {
     let calibration = problem.sought.calibration(&plant.point.coordinates);
-    let mut imperfect = imperfect::Imperfect::new(problem, &calibration, &POSE, 0);
+    let mut imperfect = imperfect::Imperfect::new(problem, &calibration, Site::tcp(&POSE), 0);
     for (&(imperfection, deviation), value) in plant.imperfections.all.iter().zip(values) {
         imperfect.add(imperfection, value * deviation);
     }
@@ -190,7 +190,7 @@ proptest! {
         plant.point.coordinates = sought.coordinates(&bushings());
         let standing = inside(&plant.imperfections.all, away);
         plant.point.imperfections = standing;
-        let model = objective::prepare(&problem, &plant.point, &mut plant.imperfections, &POSE, 0).unwrap();
+        let model = objective::prepare(&problem, &plant.point, &mut plant.imperfections, Site::tcp(&POSE), 0).unwrap();
         let (response, batch) = evaluated(&model, s, &raw, &seam);
         let mut rows = [[[0.0; MAX_IMPERFECTIONS]; 6]];
         (&plant.imperfections).write(&mut rows, 0, &response, &model, &batch, &seam);
@@ -353,7 +353,9 @@ fn the_jackknife_agrees_with_the_noise() {
                 Experiment::<BINS>::new(&chain, &measurement, &record, &mut [0.0; SAMPLES]);
             let mut experiment = experiment.unwrap();
             experiment.pose = pose.into_iter().collect();
-            let model = Model::perfect(&problem, &sought.coordinates(&bushings()), &pose).unwrap();
+            let model =
+                Model::perfect(&problem, &sought.coordinates(&bushings()), Site::tcp(&pose))
+                    .unwrap();
             noisy(experiment, &model, &mut random)
         });
         let accuracies =
@@ -399,7 +401,8 @@ fn scatter_of_copies<const N: usize>(accuracies: Accuracies) -> [f64; 24] {
         let mut random = Xoshiro256PlusPlus::seed_from_u64(5);
         let record = record(&mut random);
         let one = Experiment::<BINS>::new(&chain, &measurement, &record, &mut [0.0; SAMPLES]);
-        let model = Model::perfect(&problem, &sought.coordinates(&bushings()), &POSE).unwrap();
+        let model =
+            Model::perfect(&problem, &sought.coordinates(&bushings()), Site::tcp(&POSE)).unwrap();
         let one = noisy(one.unwrap(), &model, &mut random);
         let experiments: [_; N] = core::array::from_fn(|_| one.clone());
         let mut plant = Box::new(Plant::new(&accuracies, &chain));

@@ -36,7 +36,7 @@ fn no_unknown_of_the_seam_is_much_larger_than_the_reading() {
         };
         let experiment =
             Experiment::<BINS>::new(&chain, &measurement, &record, &mut [0.0; SAMPLES]).unwrap();
-        let model = workspace.model(&problem, &coordinates, &experiment.pose, 0).unwrap();
+        let model = workspace.model(&problem, &coordinates, experiment.site(), 0).unwrap();
         let (seam, _) = workspace.fit_seam(&problem, &model, Bins::of(&experiment));
         workspace.run(&problem, &model, Bins::of(&experiment), Equations::Seam);
         let values = seam.to_solution(joints.len());

@@ -142,7 +142,7 @@ proptest! {
         sought.fix(Coordinate::Damping { joint: 1, dof: 2 }, 8e3).unwrap();
         let problem = problem(&chain, &measurement, &bounds, &sought);
         let coordinates = sought.coordinates(&bushings());
-        let model = Model::perfect(&problem, &coordinates, &experiment.pose).unwrap();
+        let model = Model::perfect(&problem, &coordinates, experiment.site()).unwrap();
         prop_assert!(has_plain_columns(&model.terms, &sought));
         let mut uniform = || f64::from(random.next_u32()) / f64::from(u32::MAX) - 0.5;
         let mut seam = Seam::ZERO;

@@ -59,7 +59,7 @@ proptest! {
             ..Calibration::default()
         };
         let respond = |calibration: &Calibration| {
-            let sensors = Sensors { accelerometer: Accelerometer::Strapdown, mounting, calibration: *calibration };
+            let sensors = Sensors { accelerometer: Accelerometer::Strapdown, mounting, calibration: *calibration, ..Sensors::default() };
             let terms = Terms::new(&linear, &bushings, &sensors).unwrap();
             let force = core::array::from_fn(|axis| {
                 let gain = calibration.force_gain[axis];

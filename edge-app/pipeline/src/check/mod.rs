@@ -5,9 +5,11 @@
 //! | `traffic`    | the frames of each identifier, and their rate        |
 //! | `record`     | one record: its pose, its rest, what it repeats      |
 //! | `excitation` | where the force of a record stands clear of its noise |
+//! | `blows`      | the blows of a hammer in a record                    |
 //!
 //! The intake and the judgements of a record are those of the daemon: what the survey refuses, the daemon refuses.
 
+mod blows;
 mod excitation;
 mod record;
 mod traffic;
@@ -28,6 +30,7 @@ use crate::intake::{Counts, Intake, obstacle, plausibility, rate_used, wrong_rat
 use crate::offline::on_a_large_stack;
 use crate::record::Record;
 use crate::source::{Flow, FrameSource};
+pub use blows::Blows;
 pub use excitation::{Excitation, Octave};
 pub use record::Examined;
 use record::Examiner;

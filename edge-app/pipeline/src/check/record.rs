@@ -9,6 +9,7 @@ use flexid_core::parameters::Bushings;
 use flexid_wire::unused::RecordFault;
 use flexid_wire::warning::Warning;
 
+use super::blows::Blows;
 use super::excitation::Excitation;
 use crate::config::Config;
 use crate::intake::plausibility::{Axes, Scale};
@@ -44,6 +45,8 @@ pub struct Examined {
     pub starts_at_rest: bool,
     /// The parts of the band in which the force stands clear of its noise, or the fault for which a fit refuses the record.
     pub excitation: Result<Excitation, RecordFault>,
+    /// Blows of a hammer. `None` if the force has three axes, or is that of a shaker.
+    pub blows: Option<Blows>,
 }
 
 impl Examined {
@@ -94,7 +97,7 @@ impl<'a> Examiner<'a> {
             self.taken.add(number, fingerprint);
             // An experiment of this chain has a target.
             if let Ok(target) =
-                Target::new(&self.chain, &self.config.measurement(), &experiment.pose)
+                Target::new(&self.chain, &self.config.measurement(), experiment.site())
             {
                 self.scale.note(&target, experiment);
                 self.axes.note(experiment);
@@ -116,6 +119,7 @@ impl<'a> Examiner<'a> {
             starts_at_rest: record.starts_at_rest,
             excitation: experiment
                 .map(|experiment| Excitation::of(&experiment, self.config.band_hz)),
+            blows: self.config.signals.has_part_of_force().then(|| Blows::of(record)).flatten(),
         });
         number
     }

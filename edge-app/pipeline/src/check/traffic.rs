@@ -71,6 +71,13 @@ impl Traffic {
     }
 }
 
+/// Returns each name once, without those of axes that are not measured.
+fn named(names: &[String]) -> Vec<String> {
+    let mut named: Vec<String> = names.iter().filter(|name| !name.is_empty()).cloned().collect();
+    named.dedup();
+    named
+}
+
 /// A source whose frames are counted.
 pub struct Watched<'a> {
     source: &'a mut dyn FrameSource,
@@ -124,7 +131,7 @@ impl<'a> Watched<'a> {
         let joints = self.table.joints.iter().map(|joint| (std::slice::from_ref(joint), false));
         sensors.chain(joints).zip(&self.readings).map(|((names, is_sampled), traffic)| Identifier {
             id: None,
-            signals: names.to_vec(),
+            signals: named(names),
             is_sampled,
             traffic: *traffic,
         })
@@ -175,6 +182,7 @@ impl<'a> Watched<'a> {
                     Reading::Force { .. } => (0, SILENCE_S),
                     Reading::Acceleration { .. } => (1, SILENCE_S),
                     Reading::Joint { index, .. } => (2 + usize::from(*index), CYCLE_S),
+                    Reading::Point { .. } => return,
                 };
                 if let Some(traffic) = self.readings.get_mut(place) {
                     traffic.note(*time_s, silences, longest_s);

@@ -208,6 +208,10 @@ impl Config {
             return Err(bad(message.into()));
         }
         let mounting = mounting::mounting(&raw.mounting, &model).map_err(bad)?;
+        if recording.signals.has_part_of_force() && mounting.tool_mass > 0.0 {
+            let message = "[mounting] tool_mass_kg lies beyond a dynamometer, and [signals] force is that of a hammer or a shaker: leave it out";
+            return Err(bad(message.into()));
+        }
         let statics = match &raw.statics {
             Some(section) => statics::load(&base.join(&section.file), &model)?,
             None => StaticTests::default(),

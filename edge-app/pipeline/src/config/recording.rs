@@ -8,7 +8,7 @@ use super::{Accelerometer, Use};
 use crate::columns;
 use crate::input::BadInput;
 use crate::model::Model;
-use crate::poses::{self, Poses};
+use crate::poses::{self, DIRECTIONS, Poses};
 use crate::record::{BINS, SAMPLES};
 use crate::signals::SignalTable;
 use crate::text::count;
@@ -83,6 +83,7 @@ impl Recording {
             return Err(bad("[signals] force_axes is \"base\": frames of [bus] have the force along the axes of the TCP".into()));
         }
         check_joints(&signals, bus.is_some(), poses.is_some(), model, model_file).map_err(bad)?;
+        check_axes(&signals, bus.is_some(), poses.as_ref()).map_err(bad)?;
         let (interface, signals) = match bus {
             Some(bus) => (
                 interface(&bus.interface).map_err(bad)?,
@@ -147,6 +148,45 @@ fn check_joints(
         )),
         _ => Ok(()),
     }
+}
+
+/// Checks which axes of force and acceleration have a name, and which of them a direction.
+fn check_axes(
+    signals: &SignalsSection,
+    has_bus: bool,
+    poses: Option<&Poses>,
+) -> Result<(), String> {
+    for (sensor, names) in [&signals.force, &signals.acceleration].into_iter().enumerate() {
+        let key = DIRECTIONS[sensor];
+        let named = names.iter().filter(|name| !name.is_empty());
+        let is_single = named.clone().count() == 3 && names.iter().all(|name| *name == names[0]);
+        let has_directions = poses.is_some_and(|poses| poses.have_directions[sensor]);
+        let is_whole = named.clone().count() == 3 && !is_single;
+        if named.count() == 0 {
+            return Err(format!("[signals] {key} names nothing: name an axis that is measured"));
+        }
+        if has_bus && !is_whole {
+            return Err(format!(
+                "[signals] {key} must name three signals of [bus] dbc: only a table may have fewer axes"
+            ));
+        }
+        if signals.force_axes == ForceAxes::Base && sensor == 0 && !is_whole {
+            return Err("[signals] force_axes is \"base\", and force has fewer than three axes: leave one out".into());
+        }
+        if is_single && !has_directions {
+            return Err(format!(
+                "[signals] {key} is the channel {:?} alone: name the file in [recording] poses whose column {key} states its direction (x, -z) in each cut, \
+                 or write [\"\", \"\", {:?}] where it is always along z",
+                names[0], names[0]
+            ));
+        }
+        if has_directions && !is_single {
+            return Err(format!(
+                "[recording] poses has a column {key}, and [signals] {key} names axes: leave one out"
+            ));
+        }
+    }
+    Ok(())
 }
 
 /// Makes the table of columns. The angles of a file of poses have the names of its columns.

@@ -1,9 +1,12 @@
 //! Sections and keys of `EDGE.toml`, not yet checked.
 
 use std::collections::BTreeMap;
+use std::fmt;
 use std::path::PathBuf;
 
-use serde::Deserialize;
+use serde::de::value::SeqAccessDeserializer;
+use serde::de::{self, SeqAccess, Visitor};
+use serde::{Deserialize, Deserializer};
 
 use super::{Accelerometer, BoundsSection};
 
@@ -56,19 +59,43 @@ pub(super) struct BusSection {
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SignalsSection {
-    /// Signals of the force along x, y, z of the TCP.
+    /// Signals of the force along x, y, z of the TCP. In a table, an axis that is not measured has an empty name. One name alone, or three equal
+    /// ones, are a channel whose direction each cut states.
+    #[serde(deserialize_with = "one_or_three")]
     pub force: [String; 3],
     /// Signal that counts the instants in the force's message. A table has none: the number of the row counts.
     pub force_counter: Option<String>,
     /// Axes of the force. A table may have it along those of the base.
     #[serde(default)]
     pub force_axes: ForceAxes,
-    /// Signals of the acceleration along x, y, z of the TCP.
+    /// Signals of the acceleration along x, y, z of the TCP, as those of the force.
+    #[serde(deserialize_with = "one_or_three")]
     pub acceleration: [String; 3],
     /// Signal that counts the instants in the acceleration's message. A table has none.
     pub acceleration_counter: Option<String>,
     /// Signals of the angle or stroke of each joint, base first. Tables may have their poses in a file of their own.
     pub joints: Option<Vec<String>>,
+}
+
+/// Reads the names of three signals, or one that counts as three.
+fn one_or_three<'de, D: Deserializer<'de>>(deserializer: D) -> Result<[String; 3], D::Error> {
+    struct Names;
+    impl<'de> Visitor<'de> for Names {
+        type Value = [String; 3];
+
+        fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+            f.write_str("the names of three signals, or that of one whose direction [recording] poses states")
+        }
+
+        fn visit_str<E: de::Error>(self, name: &str) -> Result<Self::Value, E> {
+            Ok([name; 3].map(str::to_owned))
+        }
+
+        fn visit_seq<A: SeqAccess<'de>>(self, names: A) -> Result<Self::Value, A::Error> {
+            Deserialize::deserialize(SeqAccessDeserializer::new(names))
+        }
+    }
+    deserializer.deserialize_any(Names)
 }
 
 /// Axes along which a table has the force.

@@ -124,7 +124,8 @@ impl<'a> Intake<'a> {
             if !is_measurement {
                 return;
             }
-            is_over |= !matches!(reading, Reading::Joint { .. }) && window.note();
+            let is_of_sensor = !matches!(reading, Reading::Joint { .. } | Reading::Point { .. });
+            is_over |= is_of_sensor && window.note();
             stream.push(time_s, reading, |record| {
                 has_record = true;
                 plausibility.note_record(record);
@@ -319,6 +320,7 @@ impl Heard {
                     *not_available = (!is_measurement).then_some(value);
                 }
             }
+            Reading::Point { .. } => {}
         }
     }
 

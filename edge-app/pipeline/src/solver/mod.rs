@@ -475,7 +475,7 @@ impl Solver {
     /// Notes how the acceleration of a record agrees with the model's masses.
     fn note_scale(&mut self, experiment: &Experiment) {
         // An experiment of this chain has a target.
-        if let Ok(target) = Target::new(&self.chain, &self.measurement, &experiment.pose) {
+        if let Ok(target) = Target::new(&self.chain, &self.measurement, experiment.site()) {
             self.scale.note(&target, experiment);
             self.axes.note(experiment);
         }

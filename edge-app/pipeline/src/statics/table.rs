@@ -7,15 +7,13 @@ use flexid_core::chain::Chain;
 use flexid_core::statics::{DIAL_GAUGE, Gauge, RESOLVED, Reading, StaticTest};
 use nalgebra::Vector3;
 
-use crate::columns::{self, Angle, LOAD, at_most, number};
+use crate::columns::{self, Angle, LOAD, LOAD_POINT, number, point};
 use crate::model::Model;
 
 /// Displacements along the axes of the TCP, then along those of the base.
 const DISPLACEMENT: [[&str; 3]; 2] = [["dx", "dy", "dz"], ["dx_base", "dy_base", "dz_base"]];
 /// Standard deviations of the displacements.
 const DEVIATION: [&str; 3] = ["sx", "sy", "sz"];
-/// Point of the load.
-const LOAD_POINT: [&str; 3] = ["px", "py", "pz"];
 /// Point of the gauge.
 const GAUGE_POINT: [&str; 3] = ["gx", "gy", "gz"];
 
@@ -23,8 +21,6 @@ const GAUGE_POINT: [&str; 3] = ["gx", "gy", "gz"];
 const LARGEST_DISPLACEMENT_M: f64 = 0.1;
 /// Standard deviations of displacements that are accepted, m. A less precise one gives no information.
 const DEVIATIONS_M: RangeInclusive<f64> = RESOLVED..=LARGEST_DISPLACEMENT_M;
-/// Largest distance of a point from the TCP along each axis, m. No robot holds a longer tool.
-const LARGEST_DISTANCE_M: f64 = 5.0;
 
 /// Returns the names of the columns that a file needs, and of the standard deviations.
 pub(super) fn needed(model: &Model) -> Vec<String> {
@@ -163,20 +159,4 @@ impl<'a> Table<'a> {
         }
         Ok(Some(Reading::stated(value, deviation)))
     }
-}
-
-/// Returns a point from the TCP, m. What is empty or left out is 0.
-fn point(
-    line: &StringRecord,
-    cells: &[Option<usize>; 3],
-    names: &[&str; 3],
-) -> Result<[f64; 3], String> {
-    let mut point = [0.0; 3];
-    for ((value, cell), name) in point.iter_mut().zip(cells).zip(names) {
-        if let Some(cell) = cell {
-            *value = number(&line[*cell], name, "m")?.unwrap_or(0.0);
-            at_most(name, *value, LARGEST_DISTANCE_M, "m from the TCP")?;
-        }
-    }
-    Ok(point)
 }

@@ -30,6 +30,7 @@ fn recorded(text: &str) -> Result<Config, String> {
     write("edge.toml", text);
     write("mill3-model.toml", MODEL);
     write("poses.csv", "file,q1 [deg],q2,q3\ncut.csv,90,-0.5,1\n");
+    write("blows.csv", "file,q1,q2,q3,force\ncut.csv,0,-0.5,1,-z\n");
     Config::load_recorded(&folder.path().join("edge.toml"))
         .map_err(|error| error.to_string().replace(&format!("{}/", folder.path().display()), ""))
 }
@@ -51,7 +52,7 @@ fn a_table_needs_neither_bus_nor_counters_nor_rate() {
     assert!(!config.knows_rate && config.layout().unwrap().joints.is_empty());
     assert_eq!(config.signals.joints, ["q1", "q2", "q3"]);
     let poses = config.poses.as_ref().unwrap().of("day/cut.csv".as_ref());
-    assert_eq!(poses, [[90_f64.to_radians(), -0.5, 1.0]]);
+    assert_eq!(poses[0].pose, [90_f64.to_radians(), -0.5, 1.0]);
     let config = config.of_tables(&SHOWN).unwrap();
     assert_eq!((config.rate_hz, config.record_samples, config.knows_rate), (1000.0, 4096, true));
     assert!(config.stream().force_resolution > 0.0);
@@ -97,6 +98,63 @@ fn what_a_table_needs_is_named() {
         let error = recorded(&text().replace(from, to)).unwrap_err();
         assert!(error.starts_with(expected), "{error}");
     }
+}
+
+const FORCE: &str = "force = [\"Fx\", \"Fy\", \"Fz\"]";
+const BLOWS: &str = "[recording]\nposes = \"blows.csv\"";
+
+#[test]
+fn a_hammer_has_one_channel() {
+    let along_z = text().replace(FORCE, "force = [\"\", \"\", \"Hammer\"]");
+    let signals = recorded(&along_z).unwrap().signals;
+    let measured: Vec<bool> = (0..6).map(|axis| signals.is_measured(axis)).collect();
+    assert_eq!(measured, [false, false, true, true, true, true]);
+    assert!(signals.has_part_of_force() && signals.is_of_columns() && !signals.is_single(0));
+    let any = text().replace(FORCE, "force = \"Hammer\"").replace(JOINTS, BLOWS);
+    let config = recorded(&any).unwrap();
+    assert!(config.signals.is_single(0) && !config.signals.is_single(1));
+    let cuts = config.poses.as_ref().unwrap().of("cut.csv".as_ref());
+    assert_eq!(cuts[0].directions[0].map(|own| (own.axis, own.sign)), Some((2, -1.0)));
+    // Those of all axes are what they were before there was a choice.
+    assert!(!recorded(&text()).unwrap().signals.has_part_of_force());
+    for (force, joints, expected) in [
+        (
+            "force = [\"\", \"\", \"\"]",
+            JOINTS,
+            "[signals] force names nothing: name an axis that is measured",
+        ),
+        (
+            "force = \"Hammer\"",
+            POSES,
+            "[signals] force is the channel \"Hammer\" alone: name the file in [recording] poses whose column force",
+        ),
+        (
+            FORCE,
+            BLOWS,
+            "[recording] poses has a column force, and [signals] force names axes: leave one out",
+        ),
+        (
+            "force_axes = \"base\"\nforce = [\"\", \"\", \"Hammer\"]",
+            JOINTS,
+            "[signals] force_axes is \"base\", and force has fewer than three axes: leave one out",
+        ),
+    ] {
+        let error = recorded(&text().replace(FORCE, force).replace(JOINTS, joints)).unwrap_err();
+        assert!(error.starts_with(&format!("edge.toml: {expected}")), "{error}");
+    }
+    let error = recorded(&text().replace(FORCE, "force = 3")).unwrap_err();
+    assert!(error.contains("the names of three signals"), "{error}");
+    let tool = along_z.replace("[search]", "[mounting]\ntool_mass_kg = 2.0\n\n[search]");
+    let error = recorded(&tool).unwrap_err();
+    assert!(
+        error.starts_with("edge.toml: [mounting] tool_mass_kg lies beyond a dynamometer"),
+        "{error}"
+    );
+    let error = super::load("edge.toml", FORCE, "force = [\"\", \"\", \"Fz\"]").unwrap_err();
+    assert!(
+        error.starts_with("edge.toml: [signals] force must name three signals of [bus] dbc"),
+        "{error}"
+    );
 }
 
 #[test]

@@ -97,7 +97,7 @@ impl Reference {
             for shift in 0..THINNING {
                 let lowest = (first + shift as f64) * hz_per_bin;
                 let part = self.experiment(record, [lowest, highest])?;
-                let target = Target::new(&self.chain, &measurement(band_hz), &part.pose)?;
+                let target = Target::new(&self.chain, &measurement(band_hz), part.site())?;
                 parts.push((part, target));
             }
         }
@@ -196,6 +196,7 @@ impl Reference {
             acceleration_noise_shape: Default::default(),
             has_doubtful_rate: false,
             starts_at_rest: true,
+            point: [0.0; 3],
         })
     }
 }

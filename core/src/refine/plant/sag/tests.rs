@@ -12,6 +12,7 @@ use super::*;
 use crate::imperfection::{self, Accuracies};
 use crate::receptance::Complex;
 use crate::sought::{MAX_UNKNOWNS, Sought};
+use crate::spectrum::Site;
 
 const COLUMNS: usize = MAX_IMPERFECTIONS + MAX_UNKNOWNS;
 
@@ -47,7 +48,7 @@ proptest! {
         plant.point.coordinates = sought.coordinates(&soft);
         let standing = inside(&all, away);
         plant.point.imperfections = standing;
-        let model = prepare(&problem, &plant.point, &mut plant.imperfections, &POSE, 0).unwrap();
+        let model = prepare(&problem, &plant.point, &mut plant.imperfections, Site::tcp(&POSE), 0).unwrap();
         let (response, batch) = evaluated(&model, s, &raw, &seam);
         let mut columns = || {
             let mut rows = [[[0.0; COLUMNS]; 6]];
@@ -63,7 +64,7 @@ proptest! {
 
         let imperfect = |larger: Option<(usize, f64)>| {
             let calibration = sought.calibration(&plant.point.coordinates);
-            let mut imperfect = Imperfect::new(&problem, &calibration, &POSE, 0);
+            let mut imperfect = Imperfect::new(&problem, &calibration, Site::tcp(&POSE), 0);
             for (index, &(imperfection, deviation)) in all.iter().enumerate() {
                 let more = larger.filter(|(own, _)| *own == index).map_or(0.0, |(_, by)| by);
                 imperfect.add(imperfection, (standing[index] + more) * deviation);

@@ -52,13 +52,13 @@ impl Axes {
         Self { turn: turn.into_inner(), records: VecDeque::new() }
     }
 
-    /// Adds the power of a record that starts at rest. In the spectra of any other its motion before
-    /// counts, too.
+    /// Adds the power of a record that starts at rest, and of whose acceleration all axes are measured. In the spectra of any other its motion
+    /// before counts, too.
     pub(crate) fn note<const B: usize>(&mut self, experiment: &Experiment<B>) {
         let turn = self.turn.map(Complex::from);
         let [mut force, mut acceleration] = [[Power::default(); WAYS]; 2];
         let thinned = &experiment.thinned;
-        if thinned.alpha == 0.0 {
+        if thinned.alpha == 0.0 || !(0..3).all(|axis| experiment.measures(axis)) {
             return;
         }
         for bin in 0..thinned.bins {
@@ -208,6 +208,7 @@ mod tests {
             force_noise_shape: [NoiseShape::WHITE; 3],
             acceleration_noise_shape: [NoiseShape::WHITE; 3],
             starts_at_rest: true,
+            point: [0.0; 3],
         };
         let duration = SAMPLES as f64 / RATE_HZ;
         let force = |time: f64| {

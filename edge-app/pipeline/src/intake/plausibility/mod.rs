@@ -64,6 +64,8 @@ pub struct Implausible {
 #[derive(Clone, Debug)]
 pub(super) struct Plausibility {
     channels: [Channel; 6],
+    /// False for an axis that is not measured, or not in every cut.
+    are_measured: [bool; 6],
     /// Largest value of the counters.
     last_counter: u32,
     /// Newest counters of force and acceleration.
@@ -127,6 +129,7 @@ impl Plausibility {
         let steps = [signals.force_resolution, signals.acceleration_resolution];
         Self {
             channels: std::array::from_fn(|axis| Channel::new(steps[axis / 3])),
+            are_measured: std::array::from_fn(|axis| signals.is_measured(axis)),
             last_counter: u32::MAX >> (32 - signals.counter_bits.clamp(1, 32)),
             counters: [None; 2],
             frames: 0,
@@ -157,6 +160,7 @@ impl Plausibility {
                     self.tallies.iter_mut().for_each(|tally| tally.note_angle(joint, excess));
                 }
             }
+            Reading::Point { .. } => {}
         }
         true
     }
@@ -247,8 +251,9 @@ impl Plausibility {
         let moves = windows.contains(&Window::Moves);
         let standing = self.joints.standing(self.frames);
         for tally in &mut self.tallies {
-            for (stuck, window) in tally.stuck.iter_mut().zip(windows) {
-                *stuck += u64::from(if moves && window == Window::Stuck { WINDOW } else { 0 });
+            for (axis, window) in windows.into_iter().enumerate() {
+                let is_stuck = moves && window == Window::Stuck && self.are_measured[axis];
+                tally.stuck[axis] += u64::from(if is_stuck { WINDOW } else { 0 });
             }
             for (joint, excess) in standing.into_iter().enumerate() {
                 if let Some(excess) = excess {

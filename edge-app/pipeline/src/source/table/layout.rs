@@ -19,7 +19,7 @@ const LISTED: usize = 20;
 /// Names of the columns of tables.
 #[derive(Clone, Debug)]
 pub struct Layout {
-    /// Columns of force x, y, z and acceleration x, y, z.
+    /// Columns of force x, y, z and acceleration x, y, z. An axis that is not measured has an empty name.
     pub axes: [String; 6],
     /// Columns of the joints, base first, and whether each slides. Empty if the angles stand elsewhere.
     pub joints: Vec<(String, bool)>,
@@ -42,8 +42,8 @@ pub(super) struct Column {
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Columns {
     pub(super) time: Option<Column>,
-    /// Force x, y, z, acceleration x, y, z.
-    pub(super) axes: [Column; 6],
+    /// Force x, y, z, acceleration x, y, z. `None` for an axis that is not measured.
+    pub(super) axes: [Option<Column>; 6],
     pub(super) joints: Vec<Column>,
     /// Sampling period that the lines before the columns state, s.
     pub(super) period_s: Option<f64>,
@@ -57,16 +57,20 @@ pub(super) struct Columns {
 pub(super) struct Names {
     /// Place of time, axes and joints in the line.
     time: Option<usize>,
-    axes: [usize; 6],
+    axes: [Option<usize>; 6],
     joints: Vec<usize>,
     /// The cells of the line.
     cells: Vec<String>,
 }
 
 impl Layout {
-    /// Returns the names of the columns that a table needs.
+    /// Returns the names of the columns that a table needs. A channel whose direction is stated elsewhere is that of three axes.
     pub(super) fn needed(&self) -> impl Iterator<Item = &str> {
-        self.axes.iter().chain(self.joints.iter().map(|(name, _)| name)).map(String::as_str)
+        let is_new = |(axis, name): &(usize, &String)| {
+            !name.is_empty() && !self.axes[..*axis].contains(name)
+        };
+        let axes = self.axes.iter().enumerate().filter(is_new).map(|(_, name)| name);
+        axes.chain(self.joints.iter().map(|(name, _)| name)).map(String::as_str)
     }
 
     /// Returns the places of the names in the cells of a line, or `None` if one is missing.
@@ -105,8 +109,9 @@ impl Layout {
         // A column that has a meaning is no time. LabVIEW may repeat the time before each channel.
         let time = cells.iter().position(|cell| is_time(&cell));
         let time = time.filter(|place| !places.contains(place));
-        let joints = places.split_off(6);
-        let axes = std::array::from_fn(|axis| places[axis]);
+        let joints = places.split_off(places.len() - self.joints.len());
+        let place = |name: &String| self.needed().position(|own| own == name);
+        let axes = self.axes.each_ref().map(|name| place(name).map(|own| places[own]));
         Ok(Some(Names { time, axes, joints, cells }))
     }
 
@@ -204,12 +209,13 @@ impl Names {
             }
             Ok::<_, String>((place, first))
         };
-        let mut axes = [Column { cell: 0, scale: 1.0 }; 6];
+        let mut axes = [None; 6];
         for triple in 0..2 {
-            let of_axis = |axis: usize| column(self.axes[3 * triple + axis]);
+            let of_axis = |axis: usize| self.axes[3 * triple + axis].map(column).transpose();
             let stated = [of_axis(0)?, of_axis(1)?, of_axis(2)?];
-            if let Some((without, _)) = stated.iter().find(|(_, scale)| scale.is_none())
-                && stated.iter().any(|(_, scale)| scale.is_some())
+            let named = || stated.iter().flatten();
+            if let Some((without, _)) = named().find(|(_, scale)| scale.is_none())
+                && named().any(|(_, scale)| scale.is_some())
             {
                 let name = &self.cells[*without];
                 return Err(format!(
@@ -217,7 +223,7 @@ impl Names {
                 ));
             }
             for (axis, own) in stated.into_iter().enumerate() {
-                axes[3 * triple + axis] = in_si(own);
+                axes[3 * triple + axis] = own.map(in_si);
             }
         }
         let column = |place: usize| column(place).map(in_si);
@@ -248,12 +254,15 @@ impl Names {
     }
 
     fn places(&self) -> impl Iterator<Item = usize> + '_ {
-        self.time.into_iter().chain(self.axes).chain(self.joints.iter().copied())
+        self.time
+            .into_iter()
+            .chain(self.axes.into_iter().flatten())
+            .chain(self.joints.iter().copied())
     }
 
     fn quantity(&self, layout: &Layout, place: usize) -> &'static Quantity {
         let joint = self.joints.iter().position(|own| *own == place);
-        match (joint, self.axes.iter().position(|own| *own == place)) {
+        match (joint, self.axes.iter().position(|own| *own == Some(place))) {
             (Some(joint), _) if layout.joints.get(joint).is_some_and(|(_, slides)| *slides) => {
                 &STROKE
             }

@@ -38,6 +38,7 @@ use flexid_core::stream::Reading;
 
 use super::{Arrival, Content, Flow, FrameSource, SourceHealth};
 use crate::input::BadInput;
+use crate::poses::{Cut, Direction};
 use instants::{Clock, Instant, Pace};
 pub use layout::Layout;
 use layout::uncommented;
@@ -73,8 +74,10 @@ pub struct TableLog<R> {
     /// Rate and steps of these rows.
     shown: Shown,
     clock: Clock,
-    /// Poses of the cuts, rad (m), if they are not columns. Several cuts may have the same.
-    poses: Option<Vec<Vec<f64>>>,
+    /// Pose of each cut, and what else is stated of it, if the poses are not columns. Several cuts may have the same.
+    cuts: Option<Vec<Cut>>,
+    /// Directions of force and acceleration in the present cut, where each is of one channel.
+    directions: [Option<Direction>; 2],
     angles: Angles,
     /// Time of the newest row, s.
     newest_s: Option<f64>,
@@ -96,7 +99,7 @@ struct Angles {
 }
 
 impl<R: Read> TableLog<R> {
-    /// Opens the table `file`, whose columns are those of `layout`, and reads its first rows. `poses` are those of its cuts if they are not columns.
+    /// Opens the table `file`, whose columns are those of `layout`, and reads its first rows. `cuts` are what is stated of its cuts if the poses are not columns.
     ///
     /// # Errors
     /// The columns are not found, a row is wrong, or the table has no rate or another one than the config. The error is one line that names the
@@ -105,7 +108,7 @@ impl<R: Read> TableLog<R> {
         file: &Path,
         text: R,
         layout: &Layout,
-        poses: Option<Vec<Vec<f64>>>,
+        cuts: Option<Vec<Cut>>,
     ) -> Result<Self, BadInput> {
         let mut rows = Rows::open(file, text, layout)?;
         let mut ahead = VecDeque::new();
@@ -134,7 +137,8 @@ impl<R: Read> TableLog<R> {
             ahead,
             shown,
             clock: Clock::new(pace),
-            poses,
+            cuts,
+            directions: [None; 2],
             angles,
             newest_s: None,
             base: layout.base.clone(),
@@ -158,14 +162,26 @@ impl<R: Read> TableLog<R> {
             self.clock.next(&row).map_err(|message| self.rows.error(row.line, &message))?;
         if let Some(cut) = instant.begins {
             self.repeat_angles(batch);
-            let pose = self.pose(cut).map_err(|message| self.rows.error(row.line, &message))?;
-            let pose: Pose = pose.into_iter().flatten().copied().collect();
-            self.angles.values = pose;
+            let own = self.cut(cut).map_err(|message| self.rows.error(row.line, &message))?;
+            if let Some(Cut { pose, directions, point }) = own.cloned() {
+                self.angles.values = pose.into_iter().collect();
+                self.directions = directions;
+                let point = Reading::Point { value: point };
+                batch.push(Arrival { time_s: instant.time_s, content: Content::Reading(point) });
+            } else {
+                self.angles.values.clear();
+            }
         }
         self.note_angles(&row, &instant, batch);
         let Instant { counter, time_s, .. } = instant;
         let [fx, fy, fz, ax, ay, az] = row.axes;
-        let (force, acceleration) = (self.along_tcp([fx, fy, fz]), [ax, ay, az]);
+        // One channel is read as each of the three axes.
+        let along = |direction: Option<Direction>, [x, y, z]: [f32; 3]| {
+            direction.map_or([x, y, z], |own| own.vector(x))
+        };
+        let [of_force, of_acceleration] = self.directions;
+        let force = self.along_tcp(along(of_force, [fx, fy, fz]));
+        let acceleration = along(of_acceleration, [ax, ay, az]);
         let is_whole = |value: &[f32; 3]| value.iter().all(|axis| axis.is_finite());
         // What is missing is lost, and the counter shows it.
         let readings = [
@@ -196,16 +212,16 @@ impl<R: Read> TableLog<R> {
         std::array::from_fn(|axis| along(axis) as f32)
     }
 
-    /// Returns the pose of a cut, if the table does not hold it.
-    fn pose(&self, cut: usize) -> Result<Option<&Vec<f64>>, String> {
-        match self.poses.as_deref() {
+    /// Returns what is stated of a cut.
+    fn cut(&self, cut: usize) -> Result<Option<&Cut>, String> {
+        match self.cuts.as_deref() {
             None => Ok(None),
             Some([only]) => Ok(Some(only)),
-            Some(poses) => poses.get(cut).map(Some).ok_or_else(|| {
+            Some(cuts) => cuts.get(cut).map(Some).ok_or_else(|| {
                 format!(
                     "begins cut {} of this table, and [recording] poses has {} lines of it: write a line for each cut, in their order",
                     cut + 1,
-                    poses.len()
+                    cuts.len()
                 )
             }),
         }
@@ -213,7 +229,7 @@ impl<R: Read> TableLog<R> {
 
     /// Refuses poses of cuts that the table does not have: then those of the cuts may be others.
     fn check_poses(&self) -> Result<(), String> {
-        let (cuts, poses) = (self.clock.cuts(), self.poses.as_ref().map_or(0, Vec::len));
+        let (cuts, poses) = (self.clock.cuts(), self.cuts.as_ref().map_or(0, Vec::len));
         if poses <= 1 || poses == cuts {
             return Ok(());
         }

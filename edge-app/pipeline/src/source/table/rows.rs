@@ -33,7 +33,7 @@ pub(super) struct Row {
     pub(super) begins: bool,
     /// Time, s. `None` without a column of time.
     pub(super) time_s: Option<f64>,
-    /// Force x, y, z, N, and acceleration x, y, z, m/s².
+    /// Force x, y, z, N, and acceleration x, y, z, m/s². 0 along an axis that is not measured.
     pub(super) axes: [f32; 6],
     /// Angles or strokes, rad (m), base first.
     pub(super) joints: heapless::Vec<f64, MAX_JOINTS>,
@@ -239,7 +239,7 @@ impl<R: Read> Rows<R> {
         let ends_empty = count == columns.cells + 1 && cells.get(count - 1).is_empty();
         let is_new = !self.widths.is_full() && (count < columns.cells || ends_empty);
         let reaches = |column: &Column| column.cell < count;
-        if !(is_known || is_new) || !columns.axes.iter().all(reaches) {
+        if !(is_known || is_new) || !columns.axes.iter().flatten().all(reaches) {
             let names = columns.cells;
             return Err(format!(
                 "has {count} cells, and the line of names {names}: is a cell missing, or are decimal commas taken for separators?"
@@ -262,14 +262,18 @@ impl<R: Read> Rows<R> {
             .transpose()?;
         let mut axes = [f32::NAN; 6];
         for ((value, column), name) in axes.iter_mut().zip(&columns.axes).zip(&layout.axes) {
-            *value = read(column, &|| name.clone())? as f32;
+            *value = match column {
+                Some(column) => read(column, &|| name.clone())? as f32,
+                None => 0.0,
+            };
         }
         let mut joints = heapless::Vec::new();
         for (column, (name, _)) in columns.joints.iter().zip(&layout.joints) {
             let _ = joints.push(read(column, &|| name.clone())?);
         }
         if time_s.is_some_and(|time_s| !(-LATEST_S..=LATEST_S).contains(&time_s)) {
-            let is_empty = axes.iter().all(|value| value.is_nan());
+            let is_empty =
+                axes.iter().zip(&columns.axes).all(|(value, own)| own.is_none() || value.is_nan());
             return if is_empty {
                 Ok(None)
             } else {

@@ -7,6 +7,11 @@ use super::*;
 const FILE: &str = "cut.csv";
 const NAMES: &str = "time [s],Fx [N],Fy [N],Fz [N],ax [g],ay [g],az [g]\n";
 
+/// What is stated of cuts at these poses.
+fn cuts(poses: Vec<Vec<f64>>) -> Option<Vec<Cut>> {
+    Some(poses.into_iter().map(|pose| Cut { pose, ..Cut::default() }).collect())
+}
+
 fn layout(rate_hz: Option<f64>, joints: &[&str]) -> Layout {
     let axes = ["Fx", "Fy", "Fz", "ax", "ay", "az"].map(str::to_owned);
     let joints = joints.iter().map(|name| (name.to_string(), false)).collect();
@@ -206,7 +211,7 @@ fn a_file_may_hold_several_cuts() {
         format!("{names}{rows}{between}{names}{rows}"),
     ] {
         let open = |poses: Vec<Vec<f64>>| {
-            TableLog::open(Path::new(FILE), text.as_bytes(), &layout(None, &[]), Some(poses))
+            TableLog::open(Path::new(FILE), text.as_bytes(), &layout(None, &[]), cuts(poses))
                 .unwrap()
         };
         let (arrivals, error) = all(open(vec![pose(0.1), pose(0.2)]));
@@ -224,7 +229,7 @@ fn a_file_may_hold_several_cuts() {
         Path::new(FILE),
         text.as_bytes(),
         &layout(None, &[]),
-        Some(vec![pose(0.1), pose(0.2)]),
+        cuts(vec![pose(0.1), pose(0.2)]),
     );
     let error = all(table.unwrap()).1.unwrap();
     assert!(
@@ -243,7 +248,7 @@ fn each_cut_has_a_pose_of_its_own() {
     let pose = |angle: f64| vec![angle, 0.5, 0.6];
     let open = |poses: Vec<Vec<f64>>| {
         let (text, layout) = (paused.as_bytes(), layout(None, &[]));
-        all(TableLog::open(Path::new(FILE), text, &layout, Some(poses)).unwrap())
+        all(TableLog::open(Path::new(FILE), text, &layout, cuts(poses)).unwrap())
     };
     let (arrivals, error) = open(vec![pose(0.1), pose(0.2)]);
     let found: Vec<f64> = angles(&arrivals, 0).iter().map(|(_, angle)| *angle).collect();
@@ -364,7 +369,7 @@ fn a_force_along_the_axes_of_the_base_is_turned() {
     let layout = Layout { base: Some(chain), ..layout(None, &[]) };
     let of = |q1: f64, force: &str| {
         let text = format!("{NAMES}0,{force},0,0,1\n0.001,{force},0,0,1\n");
-        let poses = Some(vec![vec![q1, -0.5, 0.9]]);
+        let poses = cuts(vec![vec![q1, -0.5, 0.9]]);
         let table = TableLog::open(Path::new(FILE), text.as_bytes(), &layout, poses).unwrap();
         forces(&all(table).0)[1].1
     };
@@ -420,6 +425,7 @@ proptest! {
                 for arrival in arrivals {
                     let is_finite = match arrival.content {
                         Content::Reading(Reading::Joint { value, .. }) => value.is_finite(),
+                        Content::Reading(Reading::Point { .. }) => true,
                         Content::Reading(Reading::Force { value, .. } | Reading::Acceleration { value, .. }) => {
                             value.iter().all(|axis| axis.is_finite())
                         }
@@ -430,4 +436,37 @@ proptest! {
             }
         }
     }
+}
+
+/// A hammer of one channel, and an accelerometer of one axis: what is not measured is 0.
+#[test]
+fn axes_that_are_not_measured_have_no_column() {
+    let axes = ["Hammer", "Hammer", "Hammer", "", "", "az"].map(str::to_owned);
+    let layout = Layout { axes, ..layout(None, &[]) };
+    assert_eq!(layout.needed().collect::<Vec<_>>(), ["Hammer", "az"]);
+    let blow = "0.000,0.5,1\n0.001,500,-2\n";
+    let text = format!("time [s],Hammer [N],az [g]\n{blow}{blow}");
+    let cut = |axis, sign, point| Cut {
+        pose: vec![0.1],
+        directions: [Some(Direction { axis, sign }), None],
+        point,
+    };
+    let stated = vec![cut(0, 1.0, [0.0; 3]), cut(2, -1.0, [0.1, 0.0, -0.2])];
+    let table = TableLog::open(Path::new(FILE), text.as_bytes(), &layout, Some(stated)).unwrap();
+    assert_eq!(table.shown().steps[..3], [499.5; 3]);
+    let (arrivals, error) = all(table);
+    let forces: Vec<[f32; 3]> = forces(&arrivals).into_iter().map(|(_, force)| force).collect();
+    let expected = [[0.5, 0.0, 0.0], [500.0, 0.0, 0.0], [0.0, 0.0, -0.5], [0.0, 0.0, -500.0]];
+    assert_eq!((forces, error), (expected.to_vec(), None));
+    let z = accelerations(&arrivals);
+    assert_eq!(z[..2], [[0.0, 0.0, 9.80665], [0.0, 0.0, -19.6133]]);
+    let point = |arrival: &Arrival| match arrival.content {
+        Content::Reading(Reading::Point { value }) => Some(value),
+        _ => None,
+    };
+    let points: Vec<[f64; 3]> = arrivals.iter().filter_map(point).collect();
+    assert_eq!(points, [[0.0; 3], [0.1, 0.0, -0.2]]);
+    let lacks = TableLog::open(Path::new(FILE), &b"time [s],Hammer [N]\n0,1\n"[..], &layout, None);
+    let lacks = lacks.err().unwrap().to_string();
+    assert!(lacks.starts_with("cut.csv:1: has no column \"az\": "), "{lacks}");
 }

@@ -15,6 +15,7 @@ mod displacement;
 mod figure;
 mod find;
 mod folding;
+mod hammer;
 mod imperfect;
 mod intervals;
 mod linear;
@@ -56,7 +57,7 @@ struct Part {
     robots: [usize; 2],
 }
 
-const PARTS: [Part; 15] = [
+const PARTS: [Part; 17] = [
     Part { name: "noise-free", prove: noise_free::prove, robots: [200, 16] },
     Part { name: "coverage", prove: coverage::prove, robots: [1000, 24] },
     Part { name: "unexcited", prove: unexcited::prove, robots: [100, 5] },
@@ -65,6 +66,8 @@ const PARTS: [Part; 15] = [
     Part { name: "nuisances", prove: nuisances::prove, robots: [100, 1] },
     Part { name: "plants", prove: plants::prove, robots: [200, 4] },
     Part { name: "plants-of-six", prove: plants::prove_of_six_joints, robots: [200, 3] },
+    Part { name: "hammer", prove: hammer::prove, robots: [10, 0] },
+    Part { name: "hammer-of-six", prove: hammer::prove_of_six_joints, robots: [10, 0] },
     Part { name: "predictions", prove: predictions::prove, robots: [200, 2] },
     Part { name: "predictions-of-six", prove: predictions::prove_of_six_joints, robots: [40, 0] },
     Part { name: "deviations", prove: deviations::prove, robots: [516, 4] },

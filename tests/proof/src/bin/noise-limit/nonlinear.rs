@@ -31,7 +31,8 @@ pub(crate) fn prove(study: &Study, robots: usize, details: bool) -> Result<Vec<F
             let cut = Cut { gravity: Vector3::from(GRAVITY), accelerometer, ..cut.clone() };
             let response = cut.response(&study.chain, &truth);
             let (force, acceleration) = (&response.force, &response.acceleration);
-            records.push(Signals { pose: &cut.pose, force, acceleration }.exact(study));
+            records
+                .push(Signals { pose: &cut.pose, force, acceleration, struck: None }.exact(study));
             let motion = motion(&study.chain, &truth, &cut);
             informations.push(information(study, &study.chain, &truth, &cut, &motion, 0..SAMPLES)?);
         }

@@ -148,7 +148,12 @@ fn outcome(
         let acceleration: Vec<_> = acceleration.iter().map(read).collect();
         let force = cut.force.iter().step_by(OVERSAMPLING);
         let force: Vec<_> = force.map(|value| value.component_mul(&wrong.force_gain)).collect();
-        sensors.measure(&Signals { pose: &cut.pose, force: &force, acceleration: &acceleration })
+        sensors.measure(&Signals {
+            pose: &cut.pose,
+            force: &force,
+            acceleration: &acceleration,
+            struck: None,
+        })
     };
     let records = cuts.iter().map(&mut record).collect::<Result<Vec<_>>>()?;
     let search = || random(Purpose::Search, number).0;

@@ -26,13 +26,13 @@ use crate::spread;
 use crate::study::{Purpose, Study, name, random};
 
 /// Limits of the share of the intervals that cover, percent.
-const COVER: [f64; 2] = [93.0, 98.0];
+pub(crate) const COVER: [f64; 2] = [93.0, 98.0];
 /// Limits of that share for each parameter by itself.
 const EACH: [f64; 2] = [90.0, 99.0];
 /// Largest median standard deviation over that of an oracle.
 const OVER_ORACLE: f64 = 1.5;
 /// Standard deviations by which an interval misses grossly.
-const GROSS: f64 = 5.0;
+pub(crate) const GROSS: f64 = 5.0;
 /// Largest share of intervals that miss grossly, percent.
 const MISSES: f64 = 0.1;
 /// Least share of the runs that the imperfections explain, percent.
@@ -210,10 +210,24 @@ pub(crate) fn records(
     bushings: &[Bushing],
     number: u64,
 ) -> Result<Vec<Record>> {
+    records_struck(study, cuts, plant, bushings, number, |_| None)
+}
+
+/// [`records`], of which `struck` says the only axis along which the force is measured, if there is one.
+pub(crate) fn records_struck(
+    study: &Study,
+    cuts: &[Cut],
+    plant: &Plant,
+    bushings: &[Bushing],
+    number: u64,
+    struck: impl Fn(usize) -> Option<usize>,
+) -> Result<Vec<Record>> {
     let mut draw = random(Purpose::Plant, number);
     let mut sensors = Sensors::new(study, random(Purpose::Noise, number))?;
     let mut records = Vec::new();
-    for (number, cut) in (0..).zip(cuts) {
+    for (index, cut) in cuts.iter().enumerate() {
+        // The robot warms up from pose to pose.
+        let number = if struck(index).is_some() { index / 3 } else { index } as u64;
         let work = Work { cut, model: &study.chain, bushings, number };
         // The sensors of the study add the noise.
         let samples = study.scenario.measurement.samples();
@@ -224,7 +238,8 @@ pub(crate) fn records(
             continue;
         };
         let (force, acceleration) = (&readings.force, &readings.acceleration);
-        let measured = sensors.measure(&Signals { pose: &cut.pose, force, acceleration });
+        let struck = struck(index);
+        let measured = sensors.measure(&Signals { pose: &cut.pose, force, acceleration, struck });
         records.extend(measured.ok());
     }
     Ok(records)

@@ -30,11 +30,13 @@ pub(crate) struct Signals<'a> {
     pub(crate) pose: &'a [f64],
     pub(crate) force: &'a [Vector3<f64>],
     pub(crate) acceleration: &'a [Vector3<f64>],
+    /// The only axis along which the force is measured, if it is that of a hammer.
+    pub(crate) struck: Option<usize>,
 }
 
 impl<'a> Signals<'a> {
     pub(crate) fn new(pose: &'a [f64], motion: &'a Motion) -> Self {
-        Self { pose, force: &motion.force, acceleration: &motion.acceleration }
+        Self { pose, force: &motion.force, acceleration: &motion.acceleration, struck: None }
     }
 
     pub(crate) fn part(&self, window: Range<usize>) -> Self {
@@ -60,6 +62,7 @@ impl<'a> Signals<'a> {
             acceleration_noise_shape: Default::default(),
             has_doubtful_rate: false,
             starts_at_rest: true,
+            point: [0.0; 3],
         }
     }
 }
@@ -100,7 +103,10 @@ impl<'a> Sensors<'a> {
                 }
             }
             let counter = n as u32 % (1 << self.study.config.signals.counter_bits.min(31));
-            let value = noisy(&mut self.random, force, sampling.force_noise());
+            let mut value = noisy(&mut self.random, force, sampling.force_noise());
+            if let Some(struck) = signals.struck {
+                (0..3).filter(|axis| *axis != struck).for_each(|axis| value[axis] = 0.0);
+            }
             self.stream.push(self.time_s, Reading::Force { counter, value }, &mut keep);
             let value = noisy(&mut self.random, acceleration, sampling.acceleration_noise());
             self.stream.push(self.time_s, Reading::Acceleration { counter, value }, &mut keep);
