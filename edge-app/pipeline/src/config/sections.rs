@@ -15,6 +15,7 @@ pub(super) struct File {
     pub(super) bounds: BoundsSection,
     pub(super) bus: Option<BusSection>,
     pub(super) signals: Option<SignalsSection>,
+    pub(super) topics: Option<TopicsSection>,
     #[serde(default)]
     pub(super) recording: RecordingSection,
     pub(super) measurement: Option<MeasurementSection>,
@@ -53,10 +54,11 @@ pub(super) struct BusSection {
 
 /// Names of signals in the DBC file, or of columns in a table. A name that occurs in several messages is written with its message,
 /// `Message.signal`.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SignalsSection {
-    /// Signals of the force along x, y, z of the TCP.
+    /// Signals of the force along x, y, z of the TCP. Empty only where `[topics]` names those of a bag.
+    #[serde(default)]
     pub force: [String; 3],
     /// Signal that counts the instants in the force's message. A table has none: the number of the row counts.
     pub force_counter: Option<String>,
@@ -64,11 +66,22 @@ pub struct SignalsSection {
     #[serde(default)]
     pub force_axes: ForceAxes,
     /// Signals of the acceleration along x, y, z of the TCP.
+    #[serde(default)]
     pub acceleration: [String; 3],
     /// Signal that counts the instants in the acceleration's message. A table has none.
     pub acceleration_counter: Option<String>,
     /// Signals of the angle or stroke of each joint, base first. Tables may have their poses in a file of their own.
     pub joints: Option<Vec<String>>,
+}
+
+/// Topics of bags of ROS 2.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct TopicsSection {
+    pub(super) wrench: String,
+    pub(super) acceleration: String,
+    /// The names of the joints are those of the model, or in `[signals] joints`.
+    pub(super) joints: Option<String>,
 }
 
 /// Axes along which a table has the force.
