@@ -1,10 +1,10 @@
-//! Recordings in formats other than that of `candump -L` and tables, recognised by their first bytes, and the commands that convert
+//! Recordings in formats other than those that are read, recognised by their first bytes, and the commands that convert
 //! them.
 //!
 //! Files of a data acquisition unit or a robot become tables. In the commands, names of groups, topics and channels are to be replaced; those
 //! of the columns are then the names in `[signals]`.
 //!
-//! The commands were tried: asammdf 8.8, npTDMS 1.10, scipy, h5py, pyuff and rosbags of November 2026. `can_logconvert` comes with the Python package `python-can` (4.6 was tried). It recognises formats by the file's
+//! The commands were tried: h5py, pyuff and rosbags of November 2026. `can_logconvert` comes with the Python package `python-can` (4.6 was tried). It recognises formats by the file's
 //! ending. `scapy` (2.7 was tried) reads captures of Wireshark and tcpdump.
 
 use std::io::{Cursor, Read};
@@ -30,21 +30,9 @@ const BLF: &str =
 const SQLITE: &str = "is a SQLite database, as python-can writes: convert it with `pip install python-can; can_logconvert IN.db OUT.log`";
 /// A name in the schema of a bag, which stands in the first page of the database.
 const OF_BAG: &[u8] = b"serialization_format";
-const BAG_OF_SQLITE: &str = "is a bag of ROS 2 in SQLite: write force and acceleration into a table with the script in the manual (Recordings), by the Python package rosbags";
-const MCAP: &str = "is a bag of ROS 2 (MCAP): write force and acceleration into a table with the script in the manual (Recordings), by the Python package rosbags";
-const BAG: &str = "is a bag of ROS 1: write force and acceleration into a table with the script in the manual (Recordings), by the Python package rosbags, \
-    which also makes a bag of ROS 2 of it (`rosbags-convert`)";
-const MEASUREMENT_DATA: &str = "is an MDF (MF4) file: export that of a data acquisition unit as a table with \
-    `pip install asammdf; python3 -c \"from asammdf import MDF; MDF('IN.mf4').export('csv', 'OUT.csv', single_time_base=True, raster=0.0005, add_units=True)\"` \
-    (raster: the sampling period, s); convert that of a CAN bus with `pip install 'python-can[mf4]'; can_logconvert IN.mf4 OUT.log`, \
-    which writes an empty log of any other";
-const TDMS: &str = "is a TDMS file of LabVIEW: export it as a table with `pip install npTDMS pandas; \
-    python3 -c \"from nptdms import TdmsFile; TdmsFile('IN.tdms').groups()[0].as_dataframe(time_index=True).to_csv('OUT.csv', index_label='time')\"`";
-const MAT: &str = "is a MAT file of MATLAB: export its variables as a table with `writetable(table(time, Fx, Fy, Fz, ax, ay, az), 'OUT.csv')` in MATLAB, or with \
-    `pip install scipy pandas; python3 -c \"from scipy.io import loadmat; import numpy, pandas; \
-    v = {n: numpy.atleast_2d(x) for n, x in loadmat('IN.mat').items() if n[0] != '_'}; \
-    v = {n: x.T if len(x) < x.shape[1] else x for n, x in v.items()}; rows = max(map(len, v.values())); \
-    pandas.DataFrame({n + str(i or ''): c for n, x in v.items() if len(x) == rows for i, c in enumerate(x.T)}).to_csv('OUT.csv', index=False)\"`";
+const BAG_OF_SQLITE: &str = "is a bag of ROS 2 in SQLite: convert its folder with `pip install rosbags; rosbags-convert --src FOLDER --dst OUT --dst-storage mcap`, \
+    or with `ros2 bag convert`, and name the MCAP file in OUT";
+const BAG: &str = "is a bag of ROS 1: convert it with `pip install rosbags; rosbags-convert --src IN.bag --dst OUT --dst-storage mcap`, and name the MCAP file in OUT";
 const HDF5: &str = "is an HDF5 file, as MATLAB 7.3 and others write: export its variables as a table with `writetable(table(time, Fx, Fy, Fz, ax, ay, az), 'OUT.csv')` \
     in MATLAB, or with `pip install h5py pandas; python3 -c \"import h5py, numpy, pandas; \
     v = {n: numpy.atleast_2d(x[()]) for n, x in h5py.File('IN.h5').items() if hasattr(x, 'shape')}; \
@@ -86,7 +74,7 @@ pub fn mend(head: &[u8]) -> Option<&'static str> {
         return Some(UTF_16);
     }
     if let Some(format) = Binary::of(head) {
-        return Some(way(format, head));
+        return way(format, head);
     }
     if head.len() as u64 == HEAD && !head.contains(&b'\n') {
         return Some(ENDLESS);
@@ -113,15 +101,12 @@ pub(super) fn is_candump(head: &[u8]) -> bool {
     String::from_utf8_lossy(head).lines().any(is_frame)
 }
 
-/// The way from a format that is not text to a log or a table.
-fn way(format: Binary, head: &[u8]) -> &'static str {
-    match format {
+/// The way from a format that is not text to a log or a table. `None` for one that is read.
+fn way(format: Binary, head: &[u8]) -> Option<&'static str> {
+    Some(match format {
+        Binary::Mcap | Binary::Mdf | Binary::Mat | Binary::Tdms => return None,
         Binary::Blf => BLF,
-        Binary::Mdf => MEASUREMENT_DATA,
-        Binary::Mcap => MCAP,
         Binary::Bag => BAG,
-        Binary::Tdms => TDMS,
-        Binary::Mat => MAT,
         Binary::Hdf5 => HDF5,
         Binary::Sqlite if head.windows(OF_BAG.len()).any(|part| part == OF_BAG) => BAG_OF_SQLITE,
         Binary::Sqlite => SQLITE,
@@ -134,7 +119,7 @@ fn way(format: Binary, head: &[u8]) -> &'static str {
         Binary::Workbook => "is a workbook of Excel, and no log: name the log that it comes from",
         Binary::Pdf => "is a PDF, and no log: name another file",
         Binary::Program => "is a program, and no log: name another file",
-    }
+    })
 }
 
 /// The format that this line alone determines.
@@ -198,16 +183,11 @@ mod tests {
     fn other_formats_are_named_with_the_conversion() {
         let asc = b"date Mon Dec 29 09:20:00.000 am 2025\nbase hex  timestamps absolute\n\
             internal events logged\n// version 9.0.0\n   0.000131 1  102             Rx   d 8 01 00 02 00 03 00 04 00\n";
-        let cases: [(&[u8], &str); 29] = [
+        let cases: [(&[u8], &str); 24] = [
             (&[0; HEAD as usize], "is neither a candump log nor a table: line 1 is longer than "),
             (b"LOGG\x90\0\0\0\x05\0\0\0", "is a BLF log: "),
-            (b"MDF     4.10    python\0", "is an MDF (MF4) file: "),
-            (b"UnFinMF 4.10    logger\0", "is an MDF (MF4) file: "),
-            (b"\x89MCAP0\r\n\x01", "is a bag of ROS 2 (MCAP): "),
             (b"#ROSBAG V2.0\nE\0\0\0", "is a bag of ROS 1: "),
             (b"SQLite format 3\0\x10\0CREATE TABLE topics(id, serialization_format", "is a bag of ROS 2 in SQLite: "),
-            (b"TDSm\x0E\0\0\0", "is a TDMS file of LabVIEW: "),
-            (b"MATLAB 5.0 MAT-file Platform: posix\0", "is a MAT file of MATLAB: "),
             (b"MATLAB 7.3 MAT-file\0", "is an HDF5 file, "),
             (b"\x89HDF\r\n\x1A\n\0", "is an HDF5 file, "),
             (b"    -1\n   151\nMODEL\n", "is a universal file (UFF): "),
@@ -258,8 +238,13 @@ mod tests {
     }
 
     #[test]
-    fn a_log_of_candump_is_none_of_them() {
-        let cases: [&[u8]; 9] = [
+    fn what_is_read_is_none_of_them() {
+        let cases: [&[u8]; 13] = [
+            // These are read.
+            b"MDF     4.10    python\0",
+            b"\x89MCAP0\r\n\x01",
+            b"TDSm\x0E\0\0\0",
+            b"MATLAB 5.0 MAT-file Platform: posix\0",
             b"(1767000000.000060) can0 101#03000000FEFFFE0E\n",
             b"a,b,c\n(1767000000.000060) can0 101#03\n",
             b"(1767000000.000060) can0 101#R T\n",

@@ -18,7 +18,7 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use flexid_pipeline::config::Config;
-use flexid_pipeline::input::{self, BadInput};
+use flexid_pipeline::input::{self, BadInput, Binary};
 use flexid_pipeline::poses::Cut;
 use flexid_pipeline::source::{
     Arrival, CandumpLog, Flow, FrameSource, Logs, Shown, SourceHealth, TableLog, table,
@@ -42,7 +42,7 @@ type Bytes = Box<dyn Read + Send>;
 /// A recording, by its content.
 enum Log {
     Frames(Box<CandumpLog<Bytes>>),
-    Table(Box<TableLog<Bytes>>),
+    Table(Box<TableLog<'static>>),
 }
 
 /// A log that can be used.
@@ -170,6 +170,13 @@ fn log(name: &Path, bytes: impl Read + Send + 'static, config: &Config) -> Resul
     let is_standard_input = name.as_os_str() == STANDARD_INPUT;
     let shown = if is_standard_input { Path::new("standard input") } else { name };
     let (head, bytes) = foreign::head(packed::unpacked(bytes));
+    if let Some(format) = Binary::of(&head).filter(|format| table::is_read(*format)) {
+        let layout = config.layout()?;
+        let known = poses(name, shown, config);
+        let table =
+            TableLog::open_binary(shown, format, bytes, &layout, known.clone().ok().flatten())?;
+        return known.map(|_| Log::Table(Box::new(table)));
+    }
     if let Some(mend) = foreign::mend(&head) {
         return Err(BadInput::new(shown, mend));
     }

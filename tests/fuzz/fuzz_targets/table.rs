@@ -24,6 +24,7 @@ static LAYOUT: LazyLock<Layout> = LazyLock::new(|| Layout {
     joints: vec![("q1".into(), false), ("q2".into(), true)],
     rate_hz: None,
     base: None,
+    topics: None,
 });
 
 fuzz_target!(|data: &[u8]| {

@@ -24,7 +24,7 @@ use crate::input::{self, BadInput};
 use crate::model::{Kind, Model};
 use crate::poses::Poses;
 use crate::signals::{FINEST, SignalTable};
-use crate::source::{Layout, Shown};
+use crate::source::{Layout, Shown, Topics};
 use crate::statics::{self, StaticTests};
 use crate::text::printable;
 
@@ -66,6 +66,8 @@ pub struct Config {
     pub signals: SignalTable,
     /// Joint angles of each table. `None` if they are columns of it.
     pub poses: Option<Poses>,
+    /// Topics of bags. `None` if the file names none.
+    pub topics: Option<Topics>,
     /// Axes along which tables have the force.
     pub force_axes: ForceAxes,
     /// Sampling rate of force and acceleration, Hz.
@@ -182,6 +184,7 @@ impl Config {
         let sections = Sections {
             bus: raw.bus,
             signals: raw.signals,
+            topics: raw.topics,
             measurement: raw.measurement,
             poses: raw.recording.poses,
         };
@@ -230,6 +233,7 @@ impl Config {
             interface: recording.interface,
             signals: recording.signals,
             poses: recording.poses,
+            topics: recording.topics,
             force_axes: recording.force_axes,
             rate_hz: recording.rate_hz,
             knows_rate: recording.states_rate,
@@ -261,6 +265,7 @@ impl Config {
             joints: if self.poses.is_some() { Vec::new() } else { joints.collect() },
             rate_hz: self.knows_rate.then_some(self.rate_hz),
             base,
+            topics: self.topics.clone(),
         })
     }
 

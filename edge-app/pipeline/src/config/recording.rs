@@ -3,7 +3,7 @@
 
 use std::path::{Path, PathBuf};
 
-use super::sections::{BusSection, ForceAxes, MeasurementSection, SignalsSection};
+use super::sections::{BusSection, ForceAxes, MeasurementSection, SignalsSection, TopicsSection};
 use super::{Accelerometer, Use};
 use crate::columns;
 use crate::input::BadInput;
@@ -11,6 +11,7 @@ use crate::model::Model;
 use crate::poses::{self, DIRECTIONS, Poses};
 use crate::record::{BINS, SAMPLES};
 use crate::signals::SignalTable;
+use crate::source::Topics;
 use crate::text::count;
 
 /// Shortest and longest record, samples.
@@ -26,6 +27,7 @@ const RECORD_SECONDS: f64 = 4.096;
 pub(super) struct Sections {
     pub(super) bus: Option<BusSection>,
     pub(super) signals: Option<SignalsSection>,
+    pub(super) topics: Option<TopicsSection>,
     pub(super) measurement: Option<MeasurementSection>,
     /// File of the poses of tables.
     pub(super) poses: Option<PathBuf>,
@@ -36,6 +38,7 @@ pub(super) struct Recording {
     pub(super) interface: String,
     pub(super) signals: SignalTable,
     pub(super) poses: Option<Poses>,
+    pub(super) topics: Option<Topics>,
     pub(super) force_axes: ForceAxes,
     pub(super) rate_hz: f64,
     pub(super) states_rate: bool,
@@ -55,7 +58,8 @@ impl Recording {
         purpose: Use,
     ) -> Result<Option<Self>, BadInput> {
         let bad = |message: String| BadInput::new(file, message);
-        let Sections { bus, signals, measurement, poses } = sections;
+        let Sections { bus, signals, topics, measurement, poses } = sections;
+        let signals = signals.or_else(|| topics.as_ref().map(|_| SignalsSection::default()));
         let (signals, measurement) = match (signals, measurement) {
             (Some(signals), Some(measurement)) if bus.is_some() || purpose != Use::Bus => {
                 (signals, measurement)
@@ -82,19 +86,28 @@ impl Recording {
         if bus.is_some() && force_axes == ForceAxes::Base {
             return Err(bad("[signals] force_axes is \"base\": frames of [bus] have the force along the axes of the TCP".into()));
         }
-        check_joints(&signals, bus.is_some(), poses.is_some(), model, model_file).map_err(bad)?;
-        check_axes(&signals, bus.is_some(), poses.as_ref()).map_err(bad)?;
+        let topics = topics.map(|TopicsSection { wrench, acceleration, joints }| Topics {
+            wrench,
+            acceleration,
+            joints,
+        });
+        let angles =
+            Angles { has_bus: bus.is_some(), has_poses: poses.is_some(), topics: topics.as_ref() };
+        check_joints(&signals, &angles, model, model_file).map_err(bad)?;
+        let by_topic = topics.is_some() && bus.is_none();
+        check_axes(&signals, bus.is_some(), by_topic, poses.as_ref()).map_err(bad)?;
         let (interface, signals) = match bus {
             Some(bus) => (
                 interface(&bus.interface).map_err(bad)?,
                 SignalTable::load(file, &base.join(&bus.dbc), &signals, model)?,
             ),
-            None => (String::new(), of_columns(&signals, model)),
+            None => (String::new(), of_columns(&signals, topics.as_ref(), model)),
         };
         Ok(Some(Self {
             interface,
             signals,
             poses,
+            topics,
             force_axes,
             rate_hz,
             states_rate: measurement.rate_hz.is_some(),
@@ -111,6 +124,7 @@ impl Recording {
             interface: String::new(),
             signals: SignalTable::none(),
             poses: None,
+            topics: None,
             force_axes: ForceAxes::Tcp,
             rate_hz: 2000.0,
             states_rate: false,
@@ -122,15 +136,31 @@ impl Recording {
     }
 }
 
-/// Checks that the joints have a signal or a column each, or that their angles stand in a file of poses.
-fn check_joints(
-    signals: &SignalsSection,
+/// Where the angles of the joints may stand.
+struct Angles<'a> {
     has_bus: bool,
     has_poses: bool,
+    topics: Option<&'a Topics>,
+}
+
+/// Checks that the joints have a signal, a column or a topic, or that their angles stand in a file of poses.
+fn check_joints(
+    signals: &SignalsSection,
+    angles: &Angles,
     model: &Model,
     model_file: &Path,
 ) -> Result<(), String> {
     let (driven, of_model) = (model.driven().count(), model_file.display());
+    let Angles { has_bus, has_poses, topics } = *angles;
+    let topic = topics.and_then(|topics| topics.joints.as_ref());
+    if topic.is_some() && has_poses {
+        return Err(
+            "[topics] joints and [recording] poses state the same angles: leave one out".to_owned()
+        );
+    }
+    if topics.is_some() && topic.is_none() && !has_poses && !has_bus && signals.joints.is_none() {
+        return Err("[topics] joints is missing: name the topic of the joints, or a file of poses in [recording] poses".to_owned());
+    }
     match &signals.joints {
         Some(_) if has_poses && !has_bus => {
             Err("[signals] joints and [recording] poses state the same angles: leave one out"
@@ -141,7 +171,7 @@ fn check_joints(
             count(joints.len() as u64, "signal"),
             count(driven as u64, "driven joint"),
         )),
-        None if has_bus || !has_poses => Err(format!(
+        None if has_bus || !(has_poses || topic.is_some()) => Err(format!(
             "[signals] joints is missing: name the {} of the angle of each driven joint, base first{}",
             if has_bus { "signal" } else { "column" },
             if has_bus { "" } else { ", or a file of poses in [recording] poses" },
@@ -150,10 +180,11 @@ fn check_joints(
     }
 }
 
-/// Checks which axes of force and acceleration have a name, and which of them a direction.
+/// Checks which axes of force and acceleration have a name, and which of them a direction. Where topics name them, none needs a name.
 fn check_axes(
     signals: &SignalsSection,
     has_bus: bool,
+    by_topic: bool,
     poses: Option<&Poses>,
 ) -> Result<(), String> {
     for (sensor, names) in [&signals.force, &signals.acceleration].into_iter().enumerate() {
@@ -163,6 +194,9 @@ fn check_axes(
         let has_directions = poses.is_some_and(|poses| poses.have_directions[sensor]);
         let is_whole = named.clone().count() == 3 && !is_single;
         if named.count() == 0 {
+            if by_topic {
+                continue;
+            }
             return Err(format!("[signals] {key} names nothing: name an axis that is measured"));
         }
         if has_bus && !is_whole {
@@ -189,13 +223,26 @@ fn check_axes(
     Ok(())
 }
 
-/// Makes the table of columns. The angles of a file of poses have the names of its columns.
-fn of_columns(names: &SignalsSection, model: &Model) -> SignalTable {
-    let [force, acceleration] = [&names.force, &names.acceleration].map(Clone::clone);
+/// Makes the table of columns. Those of a bag are called by their topics, its joints as those of the model, and the angles of a file of poses as its
+/// columns.
+fn of_columns(names: &SignalsSection, topics: Option<&Topics>, model: &Model) -> SignalTable {
+    let own = |names: &[String; 3], topic: Option<&String>| match topic {
+        Some(topic) if names.iter().all(String::is_empty) => {
+            ["x", "y", "z"].map(|axis| format!("{topic} {axis}"))
+        }
+        _ => names.clone(),
+    };
+    let force = own(&names.force, topics.map(|topics| &topics.wrench));
+    let acceleration = own(&names.acceleration, topics.map(|topics| &topics.acceleration));
     let mut axes = force.into_iter().chain(acceleration);
     let axes = std::array::from_fn(|_| axes.next().unwrap_or_default());
-    let joints = names.joints.clone();
-    SignalTable::of_columns(axes, joints.unwrap_or_else(|| columns::angle_names(model).collect()))
+    let joints = names.joints.clone().unwrap_or_else(|| {
+        match topics.and_then(|topics| topics.joints.as_ref()) {
+            Some(_) => model.driven().map(|joint| joint.name.clone()).collect(),
+            None => columns::angle_names(model).collect(),
+        }
+    });
+    SignalTable::of_columns(axes, joints)
 }
 
 /// Checks rate and band of a record, and returns its length, samples: the one that is stated, or the power of two that is nearest to the

@@ -18,6 +18,7 @@ pub(super) struct File {
     pub(super) bounds: BoundsSection,
     pub(super) bus: Option<BusSection>,
     pub(super) signals: Option<SignalsSection>,
+    pub(super) topics: Option<TopicsSection>,
     #[serde(default)]
     pub(super) recording: RecordingSection,
     pub(super) measurement: Option<MeasurementSection>,
@@ -56,12 +57,12 @@ pub(super) struct BusSection {
 
 /// Names of signals in the DBC file, or of columns in a table. A name that occurs in several messages is written with its message,
 /// `Message.signal`.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SignalsSection {
     /// Signals of the force along x, y, z of the TCP. In a table, an axis that is not measured has an empty name. One name alone, or three equal
-    /// ones, are a channel whose direction each cut states.
-    #[serde(deserialize_with = "one_or_three")]
+    /// ones, are a channel whose direction each cut states. Empty only where `[topics]` names those of a bag.
+    #[serde(default, deserialize_with = "one_or_three")]
     pub force: [String; 3],
     /// Signal that counts the instants in the force's message. A table has none: the number of the row counts.
     pub force_counter: Option<String>,
@@ -69,7 +70,7 @@ pub struct SignalsSection {
     #[serde(default)]
     pub force_axes: ForceAxes,
     /// Signals of the acceleration along x, y, z of the TCP, as those of the force.
-    #[serde(deserialize_with = "one_or_three")]
+    #[serde(default, deserialize_with = "one_or_three")]
     pub acceleration: [String; 3],
     /// Signal that counts the instants in the acceleration's message. A table has none.
     pub acceleration_counter: Option<String>,
@@ -96,6 +97,16 @@ fn one_or_three<'de, D: Deserializer<'de>>(deserializer: D) -> Result<[String; 3
         }
     }
     deserializer.deserialize_any(Names)
+}
+
+/// Topics of bags of ROS 2.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct TopicsSection {
+    pub(super) wrench: String,
+    pub(super) acceleration: String,
+    /// The names of the joints are those of the model, or in `[signals] joints`.
+    pub(super) joints: Option<String>,
 }
 
 /// Axes along which a table has the force.

@@ -22,7 +22,7 @@ pub use line::is_frame;
 pub use link::ErrorCounts;
 pub use logs::Logs;
 pub use socket::{CanSocket, OpenError};
-pub use table::{Layout, Shown, TableLog};
+pub use table::{Layout, Shown, TableLog, Topics};
 
 /// Source of frames, in the order in which they were on the bus.
 pub trait FrameSource: Send {

@@ -158,6 +158,38 @@ fn a_hammer_has_one_channel() {
 }
 
 #[test]
+fn a_bag_needs_topics_alone() {
+    let topics = |joints: &str| {
+        let topics =
+            format!("[topics]\nwrench = \"/ft\"\nacceleration = \"/imu\"\n{joints}\n[measurement]");
+        let own = text();
+        let (before, rest) = own.split_once("[signals]").unwrap();
+        let after = rest.split_once("[measurement]").unwrap().1;
+        recorded(&[before, &topics, after].concat())
+    };
+    let config = topics("joints = \"/joint_states\"").unwrap();
+    assert!(config.signals.is_of_columns());
+    assert_eq!(config.signals.axes[3], "/imu x");
+    let layout = config.layout().unwrap();
+    assert_eq!(layout.joints[2], ("joint_3".to_owned(), false));
+    assert_eq!(layout.topics.unwrap().wrench, "/ft");
+    let poses = topics(POSES).unwrap();
+    assert!(poses.layout().unwrap().joints.is_empty());
+    assert_eq!(
+        topics("").unwrap_err(),
+        "edge.toml: [topics] joints is missing: name the topic of the joints, or a file of poses in [recording] poses"
+    );
+    let both = format!("joints = \"/joint_states\"\n{POSES}");
+    let error = topics(&both).unwrap_err();
+    assert!(
+        error.starts_with("edge.toml: [topics] joints and [recording] poses state the same angles"),
+        "{error}"
+    );
+    let error = recorded(&text().replace("force = [\"Fx\", \"Fy\", \"Fz\"]", "")).unwrap_err();
+    assert_eq!(error, "edge.toml: [signals] key `force` is missing");
+}
+
+#[test]
 fn a_bus_needs_all_of_it() {
     for (from, to, expected) in [
         (

@@ -4,7 +4,7 @@
 //! a long pause, or the line of names came again, another cut begins: its times follow behind a pause, since the robot may have moved.
 
 use super::rates::{DIFFERS, two_rates};
-use super::rows::Row;
+use super::row::Row;
 
 /// Pause between two cuts, s: longer than the one after which the stream forgets the joint angles (`LONG_SILENCE_S` in
 /// `core/src/stream/mod.rs`).

@@ -2,15 +2,14 @@
 
 use flexid_core::chain::Chain;
 
-use super::lines::{Cells, text};
 use super::rates::{DIFFERS, two_rates};
 use crate::units::{self, ACCELERATION, ANGLE, FORCE, Quantity, STROKE, TIME};
 
 /// Names of a column of time, in small letters: those of flexid, LabVIEW, asammdf, and the recorders of robots.
 const TIMES: [&str; 5] = ["time", "t", "timestamp", "timestamps", "x_value"];
 /// Names with which the lines before the columns give the units of these, and the sampling period, s: those of LabVIEW.
-const UNITS: &[u8] = b"Y_Unit_Label";
-const PERIOD: &[u8] = b"Delta_X";
+pub(super) const UNITS: &[u8] = b"Y_Unit_Label";
+pub(super) const PERIOD: &[u8] = b"Delta_X";
 /// Likeness above which a name is suggested for another. Chosen: two letters of five may be wrong.
 const ALIKE: f64 = 0.55;
 /// Most names that an error lists.
@@ -27,6 +26,19 @@ pub struct Layout {
     pub rate_hz: Option<f64>,
     /// Chain from the base to the TCP, if the force is along the axes of the base.
     pub base: Option<Chain>,
+    /// Topics of bags. `None` if the config names none.
+    pub topics: Option<Topics>,
+}
+
+/// Topics of a bag.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Topics {
+    /// Topic of the force: WrenchStamped, Wrench, Vector3Stamped or Vector3.
+    pub wrench: String,
+    /// Topic of the acceleration: Imu, AccelStamped, AccelWithCovarianceStamped, Accel, AccelWithCovariance, Vector3Stamped or Vector3.
+    pub acceleration: String,
+    /// Topic of the joint angles: JointState. `None` if they stand elsewhere.
+    pub joints: Option<String>,
 }
 
 /// A column that is read.
@@ -77,8 +89,7 @@ impl Layout {
     ///
     /// # Errors
     /// A name is there twice.
-    pub(super) fn find(&self, cells: &Cells) -> Result<Option<Names>, String> {
-        let cells: Vec<String> = cells.texts().collect();
+    pub(super) fn find(&self, cells: Vec<String>) -> Result<Option<Names>, String> {
         let mut places = Vec::new();
         for name in self.needed() {
             let mut all: Vec<usize> =
@@ -101,13 +112,8 @@ impl Layout {
             };
             places.push(place);
         }
-        let is_time = |cell: &&String| {
-            let own = units::in_brackets(cell).map_or(&***cell, |(name, _)| name);
-            // A temperature is no time.
-            own != "T" && TIMES.contains(&&*own.to_lowercase())
-        };
         // A column that has a meaning is no time. LabVIEW may repeat the time before each channel.
-        let time = cells.iter().position(|cell| is_time(&cell));
+        let time = cells.iter().position(|cell| self.is_time(cell));
         let time = time.filter(|place| !places.contains(place));
         let joints = places.split_off(places.len() - self.joints.len());
         let place = |name: &String| self.needed().position(|own| own == name);
@@ -115,15 +121,28 @@ impl Layout {
         Ok(Some(Names { time, axes, joints, cells }))
     }
 
+    /// Returns whether a column of this name is the time.
+    pub(super) fn is_time(&self, cell: &str) -> bool {
+        let own = units::in_brackets(cell).map_or(cell, |(name, _)| name);
+        // A temperature is no time.
+        own != "T" && TIMES.contains(&&*own.to_lowercase())
+    }
+
+    /// Returns whether a column of this name, of a group or of none, is read.
+    pub(super) fn wants(&self, group: &str, cell: &str) -> bool {
+        let whole = format!("{group}/{cell}");
+        self.is_time(cell)
+            || self.needed().any(|name| is_named(cell, name) || is_named(&whole, name))
+    }
+
     /// Returns how many of the names stand in the cells of a line.
-    pub(super) fn matches(&self, cells: &Cells) -> usize {
-        let cells: Vec<String> = cells.texts().collect();
+    pub(super) fn matches(&self, cells: &[String]) -> usize {
         self.needed().filter(|name| cells.iter().any(|cell| is_named(cell, name))).count()
     }
 
     /// Says which names a line lacks, what it has, and which of these are near.
-    pub(super) fn lacks(&self, cells: &Cells) -> String {
-        let cells: Vec<String> = cells.texts().filter(|cell| !cell.is_empty()).collect();
+    pub(super) fn lacks(&self, cells: &[String]) -> String {
+        let cells: Vec<&String> = cells.iter().filter(|cell| !cell.is_empty()).collect();
         let lacking: Vec<&str> =
             self.needed().filter(|name| !cells.iter().any(|cell| is_named(cell, name))).collect();
         let free = || cells.iter().filter(|cell| !self.needed().any(|name| is_named(cell, name)));
@@ -148,7 +167,7 @@ impl Layout {
             let rest = if more > 0 { format!(" and {more} more") } else { String::new() };
             shown.join(", ") + &rest
         };
-        let has: Vec<&str> = cells.iter().map(String::as_str).collect();
+        let has: Vec<&str> = cells.iter().map(|cell| cell.as_str()).collect();
         let meant =
             if near.is_empty() { String::new() } else { format!(" (is it {}?)", near.join(", ")) };
         format!(
@@ -169,14 +188,15 @@ impl Names {
         &self,
         layout: &Layout,
         before: &[Vec<String>],
-        follows: &Cells,
+        follows: &[String],
     ) -> Result<Columns, String> {
         let quantity = |place: usize| self.quantity(layout, place);
+        let below = |place: usize| bare(follows.get(place).map_or("", String::as_str));
         let is_unit = |place: usize| {
-            let below = bare(&text(follows.get(place)));
+            let below = below(place);
             below.is_empty() || quantity(place).size(&below).is_some()
         };
-        let any = self.places().any(|place| !follows.get(place).is_empty());
+        let any = self.places().any(|place| follows.get(place).is_some_and(|own| !own.is_empty()));
         let has_units = any && self.places().all(is_unit);
         let stated = before.iter().rev().find(|line| is_labels(line));
         let column = |place: usize| {
@@ -186,15 +206,15 @@ impl Names {
                 let unit = stated.and_then(|line| line.get(place)).filter(|_| place > 0);
                 unit.cloned().filter(|unit| !unit.is_empty())
             };
-            let below = || {
-                has_units.then(|| bare(&text(follows.get(place)))).filter(|unit| !unit.is_empty())
-            };
-            let is_whole = layout.needed().any(|own| own == name);
+            let below = || has_units.then(|| below(place)).filter(|unit| !unit.is_empty());
+            let is_whole =
+                layout.needed().any(|own| own == name || unit_beside(name, own).is_some());
             // Of a name that the config states with what stands in brackets, that may be no unit.
             let behind = units::in_brackets(name)
                 .filter(|(_, unit)| !is_whole || known.size(unit).is_some())
                 .map(|(_, unit)| unit.to_owned());
-            let stated = [behind, below(), above()];
+            let beside = layout.needed().find_map(|own| unit_beside(name, own)).map(str::to_owned);
+            let stated = [behind, beside, below(), above()];
             let mut scales = stated.into_iter().flatten().map(|unit| {
                 known.size(&unit).ok_or_else(|| {
                     let (what, units) = (known.name, known.known());
@@ -253,7 +273,8 @@ impl Names {
         }
     }
 
-    fn places(&self) -> impl Iterator<Item = usize> + '_ {
+    /// Returns the places of the columns that are read.
+    pub(super) fn places(&self) -> impl Iterator<Item = usize> + '_ {
         self.time
             .into_iter()
             .chain(self.axes.into_iter().flatten())
@@ -306,9 +327,17 @@ pub(super) fn uncommented(line: &[u8]) -> &[u8] {
     }
 }
 
-/// Returns whether a cell has this name, with or without a unit behind it.
-fn is_named(cell: &str, name: &str) -> bool {
-    cell == name || units::in_brackets(cell).is_some_and(|(own, _)| own == name)
+/// Returns whether a cell has this name, with or without a unit behind one of them.
+pub(super) fn is_named(cell: &str, name: &str) -> bool {
+    cell == name
+        || units::in_brackets(cell).is_some_and(|(own, _)| own == name)
+        || unit_beside(cell, name).is_some()
+}
+
+/// Returns the unit behind a name of the config that a cell has without one.
+fn unit_beside<'a>(cell: &str, name: &'a str) -> Option<&'a str> {
+    let (own, unit) = units::in_brackets(name)?;
+    (own == cell && units::is_unit(unit)).then_some(unit)
 }
 
 /// Returns a unit without brackets around it.

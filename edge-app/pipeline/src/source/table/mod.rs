@@ -8,8 +8,16 @@
 //! Cells are separated by tabs, semicolons, commas or spaces, decimals by points or commas. Lines before the names are skipped, as LabVIEW and
 //! others write them. The number of the row is the counter. The time is a column, or the sampling rate is known.
 //!
+//! Files that are no text become rows as well: bags of ROS, and files of channels.
+//!
 //! | module       | holds                                           |
 //! | ------------ | ----------------------------------------------- |
+//! | `row`        | what each kind of file gives                    |
+//! | `bag`        | bags of ROS 2 (MCAP)                            |
+//! | `channels`   | columns of files that hold each in one piece    |
+//! | `mat`        | variables of MATLAB                             |
+//! | `mdf`        | MF4                                             |
+//! | `tdms`       | LabVIEW and DAQmx                               |
 //! | `lines`      | numbered lines, and their cells                 |
 //! | `number`     | the number in a cell                            |
 //! | `rates`      | when two rates differ                           |
@@ -17,18 +25,24 @@
 //! | `rows`       | lines as rows, and what stands between two cuts |
 //! | `instants`   | counters and times of the rows                  |
 
+mod bag;
+mod channels;
 mod instants;
 mod layout;
 mod lines;
+mod mat;
+mod mdf;
 mod number;
 mod rates;
+mod row;
 mod rows;
+mod tdms;
 #[cfg(test)]
 mod tests;
 
 use std::collections::VecDeque;
 use std::io::{self, Read};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use flexid_core::MAX_JOINTS;
@@ -37,14 +51,17 @@ use flexid_core::statics::Gauge;
 use flexid_core::stream::Reading;
 
 use super::{Arrival, Content, Flow, FrameSource, SourceHealth};
-use crate::input::BadInput;
+use crate::input::{BadInput, Binary};
 use crate::poses::{Cut, Direction};
+use bag::Bag;
+use channels::{Channels, Group};
 use instants::{Clock, Instant, Pace};
-pub use layout::Layout;
 use layout::uncommented;
+pub use layout::{Layout, Topics};
 use lines::Cells;
 use rates::DIFFERS;
-use rows::{Row, Rows, SEPARATORS};
+use row::{Row, RowSource};
+use rows::{Rows, SEPARATORS};
 
 /// Rows that are read ahead, by which rate and steps of a table are judged: eight seconds of a fast force sensor (4 kHz).
 const LOOK_AHEAD: usize = 32_768;
@@ -67,10 +84,13 @@ pub struct Shown {
 }
 
 /// Reads a table row by row.
-pub struct TableLog<R> {
-    rows: Rows<R>,
+pub struct TableLog<'a> {
+    file: PathBuf,
+    rows: Box<dyn RowSource + 'a>,
     /// Rows that were read ahead.
     ahead: VecDeque<Row>,
+    /// The error behind them.
+    broken: Option<io::Error>,
     /// Rate and steps of these rows.
     shown: Shown,
     clock: Clock,
@@ -98,24 +118,58 @@ struct Angles {
     came_s: f64,
 }
 
-impl<R: Read> TableLog<R> {
-    /// Opens the table `file`, whose columns are those of `layout`, and reads its first rows. `cuts` are what is stated of its cuts if the poses are not columns.
+impl<'a> TableLog<'a> {
+    /// Opens the text `file`, whose columns are those of `layout`, and reads its first rows. `cuts` are what is stated of its cuts if the poses are not columns.
     ///
     /// # Errors
     /// The columns are not found, a row is wrong, or the table has no rate or another one than the config. The error is one line that names the
     /// file, the line, the column and the correction.
     pub fn open(
         file: &Path,
-        text: R,
+        text: impl Read + Send + 'a,
         layout: &Layout,
         cuts: Option<Vec<Cut>>,
     ) -> Result<Self, BadInput> {
-        let mut rows = Rows::open(file, text, layout)?;
-        let mut ahead = VecDeque::new();
+        Self::of(file, Box::new(Rows::open(file, text, layout)?), layout, cuts)
+    }
+
+    /// [`TableLog::open`] for a file that is no text, in a format that [`is_read`] names.
+    ///
+    /// # Errors
+    /// The errors are those of [`TableLog::open`], or the file is damaged.
+    pub fn open_binary(
+        file: &Path,
+        format: Binary,
+        bytes: impl Read + Send + 'a,
+        layout: &Layout,
+        cuts: Option<Vec<Cut>>,
+    ) -> Result<Self, BadInput> {
+        let rows: Box<dyn RowSource + 'a> = match format {
+            Binary::Mcap => Box::new(Bag::open(file, bytes, layout)?),
+            Binary::Mat => channels(file, mat::read(bytes, layout), layout)?,
+            Binary::Mdf => channels(file, mdf::read(bytes, layout), layout)?,
+            Binary::Tdms => channels(file, tdms::read(bytes, layout), layout)?,
+            _ => return Err(BadInput::new(file, "is of a format that is not read")),
+        };
+        Self::of(file, rows, layout, cuts)
+    }
+
+    /// Makes a table of the rows of `file`.
+    fn of(
+        file: &Path,
+        mut rows: Box<dyn RowSource + 'a>,
+        layout: &Layout,
+        cuts: Option<Vec<Cut>>,
+    ) -> Result<Self, BadInput> {
+        let (mut ahead, mut broken) = (VecDeque::new(), None);
         while ahead.len() < LOOK_AHEAD {
             match rows.next() {
                 Ok(Some(row)) => ahead.push_back(row),
                 Ok(None) => break,
+                Err(error) if rows.is_early_end() && !ahead.is_empty() => {
+                    broken = Some(error);
+                    break;
+                }
                 Err(error) => return Err(bad_input(file, &error)),
             }
         }
@@ -126,15 +180,17 @@ impl<R: Read> TableLog<R> {
             ));
         }
         check_rates(&ahead, layout).map_err(bad)?;
-        let pace = pace(&ahead, &rows, layout).map_err(bad)?;
+        let pace = pace(&ahead, &*rows, layout).map_err(bad)?;
         let rate_hz = pace.map(|pace| 1.0 / pace.period_s);
         // Without any rate the config refuses the table.
         let pace = pace.unwrap_or(Pace::even(1.0 / layout.rate_hz.unwrap_or(1.0)));
         let shown = Shown { rate_hz, steps: steps(&ahead) };
         let angles = Angles { values: heapless::Vec::new(), came_s: 0.0 };
         Ok(Self {
+            file: file.to_owned(),
             rows,
             ahead,
+            broken,
             shown,
             clock: Clock::new(pace),
             cuts,
@@ -153,9 +209,13 @@ impl<R: Read> TableLog<R> {
 
     /// Takes the next row. Returns false at the end.
     fn take(&mut self, batch: &mut Vec<Arrival>) -> io::Result<bool> {
-        let row = match self.ahead.pop_front() {
-            Some(row) => Some(row),
-            None => self.rows.next()?,
+        let row = match (self.ahead.pop_front(), self.broken.take()) {
+            (Some(row), broken) => {
+                self.broken = broken;
+                Some(row)
+            }
+            (None, Some(broken)) => return Err(broken),
+            (None, None) => self.rows.next()?,
         };
         let Some(row) = row else { return Ok(false) };
         let instant =
@@ -268,7 +328,7 @@ impl<R: Read> TableLog<R> {
     }
 }
 
-impl<R: Read + Send> FrameSource for TableLog<R> {
+impl FrameSource for TableLog<'_> {
     fn read(&mut self, batch: &mut Vec<Arrival>, _timeout: Duration) -> io::Result<Flow> {
         for _ in 0..BATCH {
             match self.take(batch) {
@@ -276,7 +336,8 @@ impl<R: Read + Send> FrameSource for TableLog<R> {
                 end => {
                     self.repeat_angles(batch);
                     end?;
-                    self.check_poses().map_err(|message| self.rows.whole(&message))?;
+                    self.check_poses()
+                        .map_err(|message| io::Error::other(BadInput::new(&self.file, message)))?;
                     return Ok(Flow::Ended);
                 }
             }
@@ -308,13 +369,28 @@ impl Shown {
     }
 }
 
+/// Makes rows of the groups of a file.
+fn channels(
+    file: &Path,
+    groups: Result<Vec<Group>, String>,
+    layout: &Layout,
+) -> Result<Box<dyn RowSource>, BadInput> {
+    let groups = groups.map_err(|message| BadInput::new(file, message))?;
+    Ok(Box::new(Channels::new(file, groups, layout)?))
+}
+
+/// Returns whether files of a format that is no text are read as tables.
+pub fn is_read(format: Binary) -> bool {
+    matches!(format, Binary::Mcap | Binary::Mat | Binary::Mdf | Binary::Tdms)
+}
+
 /// Returns whether the beginning of a file has a line of the names of `layout`.
 pub fn has_names(head: &[u8], layout: &Layout) -> bool {
     SEPARATORS.into_iter().any(|separator| {
         let mut cells = Cells::new(separator);
         head.split(|byte| *byte == b'\n').any(|line| {
             cells.split(uncommented(line.strip_suffix(b"\r").unwrap_or(line)));
-            !matches!(layout.find(&cells), Ok(None))
+            !matches!(layout.find(cells.texts().collect()), Ok(None))
         })
     })
 }
@@ -359,15 +435,15 @@ fn check_rates(rows: &VecDeque<Row>, layout: &Layout) -> Result<(), String> {
 }
 
 /// Returns the pace of the rows: by the column of time, by what stands before the columns, or by the config. `None` if nothing says it.
-fn pace<R: Read>(
+fn pace(
     rows: &VecDeque<Row>,
-    table: &Rows<R>,
+    table: &dyn RowSource,
     layout: &Layout,
 ) -> Result<Option<Pace>, String> {
     let stated = layout.rate_hz.map(|rate_hz| Pace::even(1.0 / rate_hz));
-    let of_table = table.columns.period_s.map(Pace::even);
-    let Some(own) = (match table.columns.time {
-        Some(_) if rows.len() > 1 => {
+    let of_table = table.period_s().map(Pace::even);
+    let Some(own) = (match table.has_times() {
+        true if rows.len() > 1 => {
             let stands = || {
                 "its time does not go on: export the time of each row in s, or leave it out and state [measurement] rate_hz".to_owned()
             };

@@ -4,12 +4,11 @@
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
-use flexid_core::MAX_JOINTS;
-
 use super::layout::{Column, Columns, Layout, is_labels, period_s, uncommented};
 use super::lines::{Cells, Lines, text};
 use super::number::{NoNumber, Numbers};
 use super::rates::{DIFFERS, two_rates};
+use super::row::{Row, RowSource};
 use crate::input::BadInput;
 use crate::units::TIME;
 
@@ -23,21 +22,6 @@ const LATEST_S: f64 = 1e11;
 const SHOWN: usize = 40;
 /// The error of a last line that is no row and has no end.
 const CUT_OFF: &str = "the last line is cut off";
-
-/// A row of a table. Numbers that are missing are NaN.
-#[derive(Clone, Debug, PartialEq)]
-pub(super) struct Row {
-    /// Number of its line, from 1.
-    pub(super) line: u64,
-    /// True if the line of names came again before it.
-    pub(super) begins: bool,
-    /// Time, s. `None` without a column of time.
-    pub(super) time_s: Option<f64>,
-    /// Force x, y, z, N, and acceleration x, y, z, m/s². 0 along an axis that is not measured.
-    pub(super) axes: [f32; 6],
-    /// Angles or strokes, rad (m), base first.
-    pub(super) joints: heapless::Vec<f64, MAX_JOINTS>,
-}
 
 /// Kind of a line that is not empty.
 enum Line {
@@ -69,7 +53,7 @@ pub(super) struct Rows<R> {
     widths: heapless::Vec<usize, 2>,
 }
 
-impl<R: Read> Rows<R> {
+impl<R: Read + Send> Rows<R> {
     /// Searches the line of names.
     ///
     /// # Errors
@@ -91,7 +75,7 @@ impl<R: Read> Rows<R> {
             let mut found = None;
             for (separator, cells) in &mut splitters {
                 cells.split(uncommented(&line));
-                match layout.find(cells) {
+                match layout.find(cells.texts().collect()) {
                     Ok(None) => {}
                     Ok(Some(names)) => found = Some((*separator, names)),
                     Err(message) => return Err(bad(lines.number, message)),
@@ -116,9 +100,10 @@ impl<R: Read> Rows<R> {
         let follows = lines.next().map(|line| line.map(<[u8]>::to_owned));
         let follows = follows.map_err(|error| bad(lines.number, error.to_string()))?;
         cells.split(follows.as_deref().unwrap_or_default());
+        let below: Vec<String> = cells.texts().collect();
         let line = before.len() as u64 + 1;
         let columns =
-            names.columns(layout, &before, &cells).map_err(|message| bad(line, message))?;
+            names.columns(layout, &before, &below).map_err(|message| bad(line, message))?;
         let labels = before.iter().rev().find(|line| is_labels(line)).cloned();
         let (units, waiting) = if columns.has_units { (follows, None) } else { (None, follows) };
         Ok(Self {
@@ -134,31 +119,6 @@ impl<R: Read> Rows<R> {
             columns,
             lines,
         })
-    }
-
-    /// Returns the next row, or `None` at the end.
-    ///
-    /// # Errors
-    /// The text cannot be read, or a line is neither a row nor between two cuts. The error is one line with the file, the line and the column.
-    pub(super) fn next(&mut self) -> io::Result<Option<Row>> {
-        let mut begins = false;
-        loop {
-            match self.advance()? {
-                Line::End => return Ok(None),
-                Line::Names => begins = true,
-                Line::Other => match self.row() {
-                    Ok(Some(row)) => return Ok(Some(Row { begins, ..row })),
-                    Ok(None) => {}
-                    Err(fault) => {
-                        let is_cut_off = !self.lines.has_end;
-                        let fault = if is_cut_off { CUT_OFF.to_owned() } else { fault };
-                        let fault = self.error(self.lines.number, &fault);
-                        self.skip_to_names(fault)?;
-                        begins = true;
-                    }
-                },
-            }
-        }
     }
 
     /// Takes the cells of the next line that is neither empty nor a comment.
@@ -283,17 +243,50 @@ impl<R: Read> Rows<R> {
         let _ = self.widths.push(count);
         Ok(Some(Row { line: self.lines.number, begins: false, time_s, axes, joints }))
     }
+}
 
-    /// Makes an error of the table.
-    pub(super) fn whole(&self, message: &str) -> io::Error {
-        io::Error::other(BadInput::new(&self.file, message))
+impl<R: Read + Send> RowSource for Rows<R> {
+    fn period_s(&self) -> Option<f64> {
+        self.columns.period_s
     }
 
-    /// Makes the error of a line.
-    pub(super) fn error(&self, line: u64, message: &str) -> io::Error {
+    fn has_times(&self) -> bool {
+        self.columns.time.is_some()
+    }
+
+    /// Returns the next row, or `None` at the end.
+    ///
+    /// # Errors
+    /// The text cannot be read, or a line is neither a row nor between two cuts. The error is one line with the file, the line and the column.
+    fn next(&mut self) -> io::Result<Option<Row>> {
+        let mut begins = false;
+        loop {
+            match self.advance()? {
+                Line::End => return Ok(None),
+                Line::Names => begins = true,
+                Line::Other => match self.row() {
+                    Ok(Some(row)) => return Ok(Some(Row { begins, ..row })),
+                    Ok(None) => {}
+                    Err(fault) => {
+                        let is_cut_off = !self.lines.has_end;
+                        let fault = if is_cut_off { CUT_OFF.to_owned() } else { fault };
+                        let fault = self.error(self.lines.number, &fault);
+                        self.skip_to_names(fault)?;
+                        begins = true;
+                    }
+                },
+            }
+        }
+    }
+
+    fn error(&self, line: u64, message: &str) -> io::Error {
         let line = Some(line as usize);
         io::Error::other(BadInput { line, ..BadInput::new(&self.file, message) })
     }
+}
+
+fn texts(cells: &Cells) -> Vec<String> {
+    cells.texts().collect()
 }
 
 /// A line that may be that of the names.
@@ -323,7 +316,7 @@ fn nowhere(file: &Path, lines: &[Vec<u8>], layout: &Layout) -> BadInput {
                 follows.is_some_and(|own| own.len() == cells.len() && is_of_numbers(&own));
             let is_above = cells.len() > 1 && is_above && !is_of_numbers(&cells);
             Candidate {
-                rank: (layout.matches(&cells), is_above, cells.len()),
+                rank: (layout.matches(&texts(&cells)), is_above, cells.len()),
                 line: index + 1,
                 cells,
             }
@@ -335,7 +328,7 @@ fn nowhere(file: &Path, lines: &[Vec<u8>], layout: &Layout) -> BadInput {
     let best = all.reduce(|best, own| if own.rank > best.rank { own } else { best });
     match best {
         Some(Candidate { line, cells, .. }) => {
-            BadInput { line: Some(line), ..BadInput::new(file, layout.lacks(&cells)) }
+            BadInput { line: Some(line), ..BadInput::new(file, layout.lacks(&texts(&cells))) }
         }
         None => {
             let names: Vec<&str> = layout.needed().collect();

@@ -15,17 +15,17 @@ fn cuts(poses: Vec<Vec<f64>>) -> Option<Vec<Cut>> {
 fn layout(rate_hz: Option<f64>, joints: &[&str]) -> Layout {
     let axes = ["Fx", "Fy", "Fz", "ax", "ay", "az"].map(str::to_owned);
     let joints = joints.iter().map(|name| (name.to_string(), false)).collect();
-    Layout { axes, joints, rate_hz, base: None }
+    Layout { axes, joints, rate_hz, base: None, topics: None }
 }
 
 /// Opens a table of which the config says neither rate nor joints.
-fn open(text: &[u8]) -> Result<TableLog<&[u8]>, String> {
+fn open(text: &[u8]) -> Result<TableLog<'_>, String> {
     TableLog::open(Path::new(FILE), text, &layout(None, &[]), None)
         .map_err(|error| error.to_string())
 }
 
 /// Everything that comes of a table, and the error behind it.
-fn all(mut table: TableLog<&[u8]>) -> (Vec<Arrival>, Option<String>) {
+fn all(mut table: TableLog<'_>) -> (Vec<Arrival>, Option<String>) {
     let mut batch = Vec::new();
     loop {
         match table.read(&mut batch, Duration::ZERO) {

@@ -2,6 +2,8 @@
 //!
 //! The tables are written here from the frames, by the layout of `mill3.dbc`, with none of flexid's code.
 
+mod binary;
+
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::fs;
@@ -121,6 +123,21 @@ fn semicolons(cut: &[Instant]) -> Result<String> {
     Ok(text)
 }
 
+/// The bench, its answer for the logs, and their cuts.
+fn logs() -> Result<(Bench, Report, Vec<Vec<Instant>>)> {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/recordings/nominal");
+    let bench = Bench::recording(Path::new(folder))?;
+    let of_logs = identified(&bench, &LOGS)?;
+    let cuts = LOGS.map(|log| instants(&fs::read_to_string(bench.path(log))?));
+    let cuts = cuts.into_iter().collect::<Result<_>>()?;
+    // Neither bus nor counters.
+    bench.configure("[bus]\ninterface = \"vcan0\"\ndbc = \"mill3.dbc\"\n", "")?;
+    bench.configure("force_counter = \"ForceCounter\"\n", "")?;
+    bench.configure("acceleration_counter = \"AccelerationCounter\"\n", "")?;
+    bench.configure("rate_hz = 2000.0\n", "")?;
+    Ok((bench, of_logs, cuts))
+}
+
 fn identified(bench: &Bench, names: &[&str]) -> Result<Report> {
     let mut command = vec!["identify", "--config", "edge.toml", "--json", "report.json"];
     command.extend(names);
@@ -153,17 +170,7 @@ fn alike(one: &Report, other: &Report) -> Result<()> {
 
 #[test]
 fn a_cut_has_one_answer_as_a_log_and_as_a_table() -> Result<()> {
-    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/recordings/nominal");
-    let bench = Bench::recording(Path::new(folder))?;
-    let of_logs = identified(&bench, &LOGS)?;
-    let cuts = LOGS.map(|log| instants(&fs::read_to_string(bench.path(log))?));
-    let cuts: Vec<Vec<Instant>> = cuts.into_iter().collect::<Result<_>>()?;
-
-    // Neither bus nor counters.
-    bench.configure("[bus]\ninterface = \"vcan0\"\ndbc = \"mill3.dbc\"\n", "")?;
-    bench.configure("force_counter = \"ForceCounter\"\n", "")?;
-    bench.configure("acceleration_counter = \"AccelerationCounter\"\n", "")?;
-    bench.configure("rate_hz = 2000.0\n", "")?;
+    let (bench, of_logs, cuts) = logs()?;
     for (cut, name) in zip(&cuts, ["0.csv", "1.csv", "2.csv"]) {
         fs::write(bench.path(name), commas(cut)?)?;
     }
@@ -188,4 +195,36 @@ fn a_cut_has_one_answer_as_a_log_and_as_a_table() -> Result<()> {
     let packed = Command::new("gzip").arg(bench.path("1.txt")).status()?;
     ensure!(packed.success(), "gzip fails");
     alike(&of_logs, &identified(&bench, &["0.txt", "1.txt.gz", "2.txt"])?).context("semicolons")
+}
+
+#[test]
+fn a_cut_has_one_answer_as_a_file_of_channels_and_as_a_bag() -> Result<()> {
+    let (bench, of_logs, cuts) = logs()?;
+    let answer = |ending: &str, write: &dyn Fn(&[Instant]) -> Vec<u8>| -> Result<()> {
+        let names = ["0", "1", "2"].map(|name| format!("{name}.{ending}"));
+        for (cut, name) in zip(&cuts, &names) {
+            fs::write(bench.path(name), write(cut))?;
+        }
+        let found = identified(&bench, &names.each_ref().map(String::as_str))?;
+        alike(&of_logs, &found).with_context(|| ending.to_owned())
+    };
+    answer("mf4", &binary::mdf)?;
+    answer("tdms", &binary::tdms)?;
+    let names = [("F", "F"), ("a", "A")];
+    for (axis, matrix) in names {
+        for (place, name) in ["x", "y", "z"].iter().enumerate() {
+            bench.configure(
+                &format!("\"{axis}{name}\""),
+                &format!("\"{matrix}(:,{})\"", place + 1),
+            )?;
+        }
+    }
+    bench.configure("\"q1\", \"q2\", \"q3\"", "\"q(1)\", \"q(2)\", \"q(3)\"")?;
+    answer("mat", &binary::mat)?;
+    bench.configure(
+        "[measurement]",
+        "[topics]\nwrench = \"/ft/wrench\"\nacceleration = \"/imu\"\njoints = \"/joint_states\"\n[measurement]",
+    )?;
+    bench.configure("\"q(1)\", \"q(2)\", \"q(3)\"", "\"joint_1\", \"joint_2\", \"joint_3\"")?;
+    answer("mcap", &binary::bag)
 }

@@ -1,0 +1,363 @@
+//! Files of channels: MAT, MF4 and TDMS. Each channel has a name, perhaps a unit, and all its values; those of a group belong to the same instants.
+//!
+//! A channel is a column: names and units follow the rules of a table. A group in which all names stand is a cut. If none is, the columns may stand
+//! in several groups, as long as these have the same instants.
+
+use std::io;
+use std::path::{Path, PathBuf};
+
+use super::layout::{Column, Columns, Layout, PERIOD, UNITS, is_named};
+use super::row::{Row, RowSource};
+use crate::input::BadInput;
+
+/// Largest file that is read, bytes: an hour and a half of nine channels at 10 kHz. It is held in memory, since a channel may stand in one piece.
+pub(super) const LARGEST: u64 = 4 << 30;
+/// Largest difference of the times of two groups that are the same instants, s. A quarter of the delay that is taken for typical
+/// (`Accuracies::typical` in core) changes no result.
+const SAME_S: f64 = 5e-6;
+
+/// A channel of a file.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct Channel {
+    pub(super) name: String,
+    /// Empty if the file gives none.
+    pub(super) unit: String,
+    /// The values, or one that holds for all instants. None of a channel that is not wanted.
+    pub(super) values: Vec<f64>,
+    /// Sampling period, s.
+    pub(super) period_s: Option<f64>,
+}
+
+/// Channels that belong together.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct Group {
+    /// Empty in a file without groups.
+    pub(super) name: String,
+    pub(super) channels: Vec<Channel>,
+    /// Time at which the values begin, s on a clock of the file.
+    pub(super) begins_s: Option<f64>,
+}
+
+/// The rows of a file of channels.
+pub(super) struct Channels {
+    file: PathBuf,
+    cuts: std::vec::IntoIter<Cut>,
+    cut: Option<Cut>,
+    has_times: bool,
+    period_s: Option<f64>,
+    /// Number of rows so far, of the file and of the cut.
+    rows: u64,
+    row: usize,
+}
+
+/// Columns of a cut.
+struct Cut {
+    time: Option<Vec<f64>>,
+    /// 0 along an axis that is not measured.
+    axes: [Vec<f64>; 6],
+    joints: Vec<Vec<f64>>,
+    period_s: Option<f64>,
+    begins_s: Option<f64>,
+    rows: usize,
+}
+
+impl Channels {
+    /// Takes the columns of `layout` from the groups of `file`.
+    ///
+    /// # Errors
+    /// A name is missing or there twice, a unit is none, or channels have different instants. The error names the file, the channel and the mend.
+    pub(super) fn new(file: &Path, groups: Vec<Group>, layout: &Layout) -> Result<Self, BadInput> {
+        let bad = |message: String| BadInput::new(file, message);
+        let mut cuts = Vec::new();
+        for group in &groups {
+            let own: Vec<Place> = group.channels.iter().map(|own| (group, own)).collect();
+            if let Some(cut) = Cut::of(&own, layout).map_err(bad)? {
+                cuts.push((&*group.name, cut));
+            }
+        }
+        if cuts.is_empty() {
+            let all: Vec<Place> = groups
+                .iter()
+                .flat_map(|group| group.channels.iter().map(move |own| (group, own)))
+                .collect();
+            let names: Vec<String> = all.iter().map(|place| name(place, layout)).collect();
+            let cut = Cut::of(&all, layout).map_err(bad)?;
+            cuts.push(("", cut.ok_or_else(|| bad(layout.lacks(&names)))?));
+        }
+        cuts.sort_by(|(_, one), (_, other)| {
+            one.begins_s.unwrap_or_default().total_cmp(&other.begins_s.unwrap_or_default())
+        });
+        for pair in cuts.windows(2) {
+            let [(one, before), (other, after)] = pair else { continue };
+            if !before.ends_before(after) {
+                return Err(bad(format!(
+                    "has the columns of [signals] in the groups {one:?} and {other:?}, and does not say that one was recorded after the other: \
+                     name the group in [signals], as in {:?}",
+                    format!("{one}/{}", layout.needed().next().unwrap_or_default())
+                )));
+            }
+        }
+        let cuts: Vec<Cut> = cuts.into_iter().map(|(_, cut)| cut).collect();
+        let has_times = cuts.first().is_some_and(|cut| cut.time.is_some());
+        let period_s = cuts.first().and_then(|cut| cut.period_s);
+        let (cuts, file) = (cuts.into_iter(), file.to_owned());
+        Ok(Self { file, cuts, cut: None, has_times, period_s, rows: 0, row: 0 })
+    }
+}
+
+impl RowSource for Channels {
+    fn next(&mut self) -> io::Result<Option<Row>> {
+        let mut begins = false;
+        while self.cut.as_ref().is_none_or(|cut| self.row >= cut.rows) {
+            begins = self.rows > 0;
+            self.row = 0;
+            self.cut = self.cuts.next();
+            if self.cut.is_none() {
+                return Ok(None);
+            }
+        }
+        let Some(cut) = &self.cut else { return Ok(None) };
+        let at = |values: &Vec<f64>| match values[..] {
+            [only] => only,
+            _ => values.get(self.row).copied().unwrap_or(f64::NAN),
+        };
+        let time_s = cut.time.as_ref().map(at);
+        if let Some(time_s) = time_s.filter(|time_s| !time_s.is_finite()) {
+            return Err(self.error(self.rows + 1, &format!("has {time_s} for its time")));
+        }
+        let axes = cut.axes.each_ref().map(|values| at(values) as f32);
+        let axes = axes.map(|value| if value.is_finite() { value } else { f32::NAN });
+        let joints =
+            cut.joints.iter().map(at).map(|value| if value.is_finite() { value } else { f64::NAN });
+        let joints = joints.collect();
+        (self.rows, self.row) = (self.rows + 1, self.row + 1);
+        Ok(Some(Row { line: self.rows, begins, time_s, axes, joints }))
+    }
+
+    fn error(&self, row: u64, message: &str) -> io::Error {
+        io::Error::other(BadInput::new(&self.file, format!("row {row} {message}")))
+    }
+
+    fn has_times(&self) -> bool {
+        self.has_times
+    }
+
+    fn period_s(&self) -> Option<f64> {
+        self.period_s
+    }
+}
+
+/// A channel and its group.
+type Place<'a> = (&'a Group, &'a Channel);
+
+/// Returns what the config calls a channel: its name, or its group and its name.
+fn name(&(group, channel): &Place, layout: &Layout) -> String {
+    let whole = format!("{}/{}", group.name, channel.name);
+    if layout.needed().any(|own| is_named(&whole, own)) { whole } else { channel.name.clone() }
+}
+
+impl Cut {
+    /// Takes the columns from channels. Returns `None` if a name is missing.
+    fn of(places: &[Place], layout: &Layout) -> Result<Option<Self>, String> {
+        let cells = std::iter::once(String::new());
+        let cells = cells.chain(places.iter().map(|place| name(place, layout))).collect();
+        let Some(names) = layout.find(cells)? else { return Ok(None) };
+        // The lines before the columns in a file of LabVIEW say the same.
+        let of_all = |label: &[u8], of: &dyn Fn(&Channel) -> String| {
+            let label = String::from_utf8_lossy(label).into_owned();
+            std::iter::once(label).chain(places.iter().map(|(_, own)| of(own))).collect()
+        };
+        let used: Vec<usize> = names.places().collect();
+        let period_s = |own: &Channel| {
+            let is_used = used.iter().any(|place| std::ptr::eq(places[place - 1].1, own));
+            own.period_s.filter(|_| is_used).map_or(String::new(), |own| own.to_string())
+        };
+        let lines: [Vec<String>; 2] =
+            [of_all(UNITS, &|own| own.unit.clone()), of_all(PERIOD, &period_s)];
+        let Columns { time, axes, joints, period_s, .. } = names.columns(layout, &lines, &[])?;
+        let of = |column: &Column| places[column.cell - 1];
+        let scaled = |column: &Column| {
+            of(column).1.values.iter().map(|value| value * column.scale).collect::<Vec<f64>>()
+        };
+        let Some(first) = axes.iter().flatten().next().map(of) else { return Ok(None) };
+        let rows = first.1.values.len();
+        for column in axes.iter().flatten().chain(&joints).chain(&time) {
+            let (group, own) = of(column);
+            let (count, may_hold) = (own.values.len(), joints.contains(column));
+            if count != rows && !(may_hold && count == 1) {
+                return Err(format!(
+                    "column {:?} has {count} values, and {:?} has {rows}: export them at one rate, and at the same instants",
+                    own.name, first.1.name
+                ));
+            }
+            if !may_hold && !is_simultaneous(group, first.0, layout) {
+                return Err(format!(
+                    "columns {:?} of the group {:?} and {:?} of {:?} have different instants: record them in one group, by one clock",
+                    own.name, group.name, first.1.name, first.0.name
+                ));
+            }
+        }
+        Ok(Some(Self {
+            time: time.as_ref().map(scaled),
+            begins_s: time
+                .as_ref()
+                .map(scaled)
+                .and_then(|own| own.first().copied())
+                .or(first.0.begins_s),
+            axes: axes.each_ref().map(|own| own.as_ref().map_or(vec![0.0], scaled)),
+            joints: joints.iter().map(scaled).collect(),
+            period_s,
+            rows,
+        }))
+    }
+
+    /// Returns whether the file says that another cut was recorded after this one.
+    fn ends_before(&self, other: &Self) -> bool {
+        let lasts_s = match &self.time {
+            Some(time) => time.last().zip(time.first()).map(|(last, first)| last - first),
+            None => self.period_s.map(|period_s| period_s * self.rows as f64),
+        };
+        let ends_s = self.begins_s.zip(lasts_s).map(|(begins_s, lasts_s)| begins_s + lasts_s);
+        ends_s.zip(other.begins_s).is_some_and(|(ends_s, begins_s)| ends_s <= begins_s)
+    }
+}
+
+/// Returns whether the values of two groups belong to the same instants.
+fn is_simultaneous(one: &Group, other: &Group, layout: &Layout) -> bool {
+    let time = |group: &Group| {
+        group.channels.iter().find(|own| layout.is_time(&own.name)).map(|own| own.values.clone())
+    };
+    let apart = |one: f64, other: f64| (one - other).abs() > SAME_S;
+    match (time(one), time(other)) {
+        _ if std::ptr::eq(one, other) => true,
+        (Some(one), Some(other)) => {
+            one.len() == other.len()
+                && one.iter().zip(&other).all(|(one, other)| !apart(*one, *other))
+        }
+        (None, None) => match (one.begins_s, other.begins_s) {
+            (Some(one), Some(other)) => !apart(one, other),
+            (None, None) => true,
+            _ => false,
+        },
+        _ => false,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn layout(joints: &[&str]) -> Layout {
+        let axes = ["Fx", "Fy", "Fz", "ax", "ay", "az"].map(str::to_owned);
+        let joints = joints.iter().map(|name| (name.to_string(), false)).collect();
+        Layout { axes, joints, rate_hz: None, base: None, topics: None }
+    }
+
+    fn channel(name: &str, unit: &str, values: &[f64]) -> Channel {
+        Channel {
+            name: name.to_owned(),
+            unit: unit.to_owned(),
+            values: values.to_vec(),
+            period_s: Some(1e-3),
+        }
+    }
+
+    /// The channels of force, kN, and acceleration, each 0, 1, 2.
+    fn group(name: &str, names: &[&str], begins_s: Option<f64>) -> Group {
+        let unit = |name: &str| if name.starts_with('F') { "kN" } else { "g" };
+        let channels = names.iter().map(|own| channel(own, unit(own), &[0.0, 1.0, 2.0])).collect();
+        Group { name: name.to_owned(), channels, begins_s }
+    }
+
+    const ALL: [&str; 6] = ["Fx", "Fy", "Fz", "ax", "ay", "az"];
+
+    fn rows(groups: &[Group], layout: &Layout) -> Result<Vec<Row>, String> {
+        let mut channels = Channels::new(Path::new("cut"), groups.to_vec(), layout)
+            .map_err(|error| error.to_string())?;
+        let mut rows = Vec::new();
+        while let Some(row) = channels.next().map_err(|error| error.to_string())? {
+            rows.push(row);
+        }
+        Ok(rows)
+    }
+
+    #[test]
+    fn channels_are_columns_with_the_units_of_the_file() {
+        let mut own = group("cut", &ALL, None);
+        own.channels.push(channel("q1", "deg", &[90.0]));
+        own.channels[3].values[1] = f64::INFINITY;
+        let rows = rows(&[own], &layout(&["q1"])).unwrap();
+        assert_eq!(rows.len(), 3);
+        assert_eq!((rows[2].axes[0], rows[2].axes[3]), (2000.0, 2.0 * 9.80665));
+        assert!(rows[1].axes[3].is_nan());
+        assert_eq!(rows[2].joints[0], 90_f64.to_radians());
+    }
+
+    #[test]
+    fn groups_are_cuts_or_parts_of_one() {
+        let of = |groups: &[Group]| rows(groups, &layout(&[]));
+        let begins: Vec<_> = of(&[group("b", &ALL, Some(20.0)), group("a", &ALL, Some(0.0))])
+            .unwrap()
+            .into_iter()
+            .map(|row| row.begins)
+            .collect();
+        assert_eq!(begins, [false, false, false, true, false, false]);
+        for begins_s in [None, Some(0.0)] {
+            let error = of(&[group("raw", &ALL, begins_s), group("filtered", &ALL, begins_s)]);
+            assert!(error.unwrap_err().ends_with("name the group in [signals], as in \"raw/Fx\""));
+        }
+        let parts =
+            |late_s| [group("a", &ALL[..3], Some(0.0)), group("b", &ALL[3..], Some(late_s))];
+        assert_eq!(of(&parts(1e-6)).unwrap().len(), 3);
+        let error = of(&parts(1e-4)).unwrap_err();
+        assert!(
+            error.contains("\"ax\" of the group \"b\" and \"Fx\" of \"a\" have different instants"),
+            "{error}"
+        );
+        let named = Layout { axes: ALL.map(|name| format!("raw/{name}")), ..layout(&[]) };
+        let both = [group("raw", &ALL, None), group("filtered", &ALL, None)];
+        assert_eq!(rows(&both, &named).unwrap().len(), 3);
+    }
+
+    #[test]
+    fn mistakes_are_named() {
+        let of = |change: &dyn Fn(&mut Group)| {
+            let mut own = group("cut", &ALL, None);
+            change(&mut own);
+            rows(&[own], &layout(&[])).unwrap_err()
+        };
+        for (change, expected) in [
+            (
+                &(|own: &mut Group| own.channels[2].name = "F_z".into()) as &dyn Fn(&mut Group),
+                "cut: has no column \"Fz\": it has \"Fx\", \"Fy\", \"F_z\", \"ax\"",
+            ),
+            (
+                &|own| own.channels[3].unit = "V".into(),
+                "cut: column \"ax\" has unit \"V\": acceleration must be in one of m/s^2",
+            ),
+            (
+                &|own| own.channels[3].unit.clear(),
+                "cut: column \"ax\" has no unit, and another axis has",
+            ),
+            (
+                &|own| drop(own.channels[4].values.pop()),
+                "cut: column \"ay\" has 2 values, and \"Fx\" has 3: ",
+            ),
+            (
+                &|own| own.channels[5].period_s = Some(2e-3),
+                "cut: comes at 500.0 Hz, and what is before at 1000.0 Hz",
+            ),
+            (
+                &|own| own.channels.push(channel("time", "s", &[0.0, f64::NAN, 1.0])),
+                "cut: row 2 has NaN for its time",
+            ),
+            (
+                &|own| own.channels.push(own.channels[0].clone()),
+                "cut: column \"Fx\" is there twice: ",
+            ),
+        ] {
+            let error = of(change);
+            assert!(error.starts_with(expected), "{error}\n{expected}");
+        }
+    }
+}
