@@ -37,7 +37,7 @@ def expanded(macro, package):
     links = {own.get("name"): own for own in body.findall("link")}
     ends = lambda joint: [joint.find(end).get("link") for end in ("parent", "child")]
     joints = [own for own in body.findall("joint") if all(end in links for end in ends(own))]
-    for own in [*links.values(), *joints]:
+    for own in [part for all in (*links.values(), *joints) for part in all.iter()]:
         for block in [block for block in own if "xacro" in block.tag]:
             own.remove(block)
     robot = ElementTree.Element("robot", name=macro.name.removesuffix("_macro.xacro"))
