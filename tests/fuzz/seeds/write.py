@@ -7,6 +7,7 @@ Each holds the same cut: at row i of 40, at 1 kHz, force i, 2, -3 N, acceleratio
 
 import struct
 import sys
+import tempfile
 from pathlib import Path
 
 import numpy as np
@@ -54,9 +55,7 @@ def bags():
 
     folder = HERE / "bag"
     folder.mkdir(exist_ok=True)
-    made = Path("/tmp/seed-bag")
-    import shutil
-    shutil.rmtree(made, ignore_errors=True)
+    made = Path(tempfile.mkdtemp()) / "bag"
     with BagWriter(made, version=9, storage_plugin=StoragePlugin.MCAP) as writer:
         topics = [("/ft/wrench", "geometry_msgs/msg/WrenchStamped", wrench), ("/imu", "sensor_msgs/msg/Imu", imu),
                   ("/joint_states", "sensor_msgs/msg/JointState", joints)]

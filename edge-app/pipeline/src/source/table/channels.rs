@@ -340,7 +340,7 @@ mod tests {
                 "cut: column \"ax\" has no unit, and another axis has",
             ),
             (
-                &|own| drop(own.channels[4].values.pop()),
+                &|own| own.channels[4].values.truncate(2),
                 "cut: column \"ay\" has 2 values, and \"Fx\" has 3: ",
             ),
             (
