@@ -6,7 +6,8 @@ use crate::loss::ssp_term;
 /// Lags at which the residuals of one axis are correlated with themselves.
 const LAGS: usize = 16;
 
-/// How far model and measurement of one record agree, per TCP axis: 1 where they are the same, or nothing is measured.
+/// How far model and measurement of one record agree, per TCP axis: 1 where they are the same. An axis that is not measured has the least of the
+/// others.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Agreement {
     /// Frequency response assurance criterion: `|Σ X* X̂|² / (Σ |X|² Σ |X̂|²)` (Heylen and Lammens, 1996).
@@ -87,17 +88,17 @@ impl Residuals {
     /// How far model and measurement agree.
     pub(crate) fn agreement(&self) -> Agreement {
         let ratio = |part: f64, whole: f64| if whole > 0.0 { part / whole } else { 0.0 };
-        Agreement {
-            frac: self.axes.map(|axis| {
-                let [re, im] = axis.cross;
-                let frac = ratio(re * re + im * im, axis.measured * axis.model);
-                if axis.is_measured() { frac } else { 1.0 }
-            }),
-            vaf: self.axes.map(|axis| {
-                let gap = ratio(axis.gap, axis.measured);
-                if axis.is_measured() { 1.0 - gap } else { 1.0 }
-            }),
-        }
+        let frac = |axis: &Axis| {
+            let [re, im] = axis.cross;
+            ratio(re * re + im * im, axis.measured * axis.model)
+        };
+        let vaf = |axis: &Axis| 1.0 - ratio(axis.gap, axis.measured);
+        let of_all = |own: &dyn Fn(&Axis) -> f64| {
+            let measured = self.axes.iter().filter(|axis| axis.is_measured());
+            let least = measured.map(own).fold(1.0, f64::min);
+            self.axes.each_ref().map(|axis| if axis.is_measured() { own(axis) } else { least })
+        };
+        Agreement { frac: of_all(&frac), vaf: of_all(&vaf) }
     }
 
     /// Box and Pierce's statistic of the residuals' autocorrelation (1970), `(n + 2) Σ r²`, along each axis: the band is taken as the
@@ -209,7 +210,7 @@ pub(super) mod tests {
         for (wrong, expected) in [([0.0, 1.0], 0.0), ([0.0, -1.0], 0.0), ([0.0, 0.0], 0.5)] {
             let mut residuals = Residuals::new(2);
             for model in [[1.0, 0.0], wrong] {
-                residuals.take(&[[1.0, 0.0]; 3], &[model; 3], &[[0.0; 2]; 3]);
+                residuals.take(&[[1.0, 0.0]; 3], &[model; 3], &[[1.0, 0.0]; 3]);
             }
             let Agreement { frac, vaf } = residuals.agreement();
             assert!(frac.iter().all(|frac| (frac - 0.5).abs() < 1e-12), "{wrong:?}: {frac:?}");

@@ -310,7 +310,7 @@ impl<const B: usize> Experiment<B> {
     }
 
     /// Number of real residuals of one out of `every` bin.
-    pub(crate) fn residuals(&self, every: usize) -> usize {
+    pub fn residuals(&self, every: usize) -> usize {
         2 * self.measured_axes() * self.bins().div_ceil(every)
     }
 

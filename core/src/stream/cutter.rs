@@ -1,12 +1,10 @@
 //! From aligned instants to records: where the stretch is cut, and what a record gets from it.
 
-use heapless::Vec;
-
 use super::align::{Aligned, Instant};
 use super::clock::Clock;
 use super::invalid::Earlier;
 use super::stretch::Stretch;
-use super::{Record, StreamConfig, StreamHealth, bridge, noise, spikes};
+use super::{Record, Setup, StreamConfig, StreamHealth, bridge, noise, spikes};
 use crate::noise::NoiseShape;
 use crate::spectrum::fft::MIN_SAMPLES;
 
@@ -19,6 +17,7 @@ pub(super) struct Cutter<'a, const N: usize> {
     pub(super) clock: &'a mut Clock,
     pub(super) stretch: &'a mut Stretch<N>,
     pub(super) record: &'a mut Record<N>,
+    pub(super) setup: &'a Setup,
     pub(super) quiet: &'a mut Option<noise::Noise>,
     pub(super) earlier: &'a mut Earlier,
 }
@@ -114,7 +113,7 @@ impl<const N: usize> Cutter<'_, N> {
         health: &mut StreamHealth,
         sink: &mut impl FnMut(&Record<N>),
     ) {
-        let Self { config, clock, stretch, record, quiet, earlier } = self;
+        let Self { config, clock, stretch, record, setup, quiet, earlier } = self;
         let rate = clock.rate();
         if rate.is_wrong || rate.is_doubtful || rate.is_refused {
             health.measured_rate_hz = rate.measured_hz as f32;
@@ -208,7 +207,8 @@ impl<const N: usize> Cutter<'_, N> {
             record.acceleration_noise[axis] = libm::sqrtf(acceleration.power);
             record.acceleration_noise_shape[axis] = acceleration.shape;
         }
-        leave_out_absent(record);
+        record.point = setup.point;
+        leave_out_absent(record, setup);
         record.starts_at_rest = noise.starts_at_rest;
         health.bridged += (lost[0] + lost[1]) as u64;
         health.records += 1;
@@ -217,17 +217,12 @@ impl<const N: usize> Cutter<'_, N> {
 }
 
 /// Makes the noise of axes that are not measured that of nothing: a force of 0 is exact, and an acceleration of 0 says nothing.
-fn leave_out_absent<const N: usize>(record: &mut Record<N>) {
-    let absent = |signals: &[Vec<f32, N>; 3]| {
-        signals.each_ref().map(|signal| signal.iter().all(|value| *value == 0.0))
-    };
-    let [force, acceleration] = [absent(&record.force), absent(&record.acceleration)];
-    for axis in (0..3).filter(|axis| force[*axis]) {
+fn leave_out_absent<const N: usize>(record: &mut Record<N>, setup: &Setup) {
+    for axis in (0..3).filter(|axis| !setup.force[*axis]) {
         record.force_noise[axis] = 0.0;
         record.force_noise_shape[axis] = NoiseShape::WHITE;
     }
-    // A sensor that reads nothing at all is broken.
-    for axis in (0..3).filter(|axis| acceleration[*axis] && acceleration != [true; 3]) {
+    for axis in (0..3).filter(|axis| !setup.acceleration[*axis]) {
         record.acceleration_noise[axis] = f32::INFINITY;
         record.acceleration_noise_shape[axis] = NoiseShape::WHITE;
     }

@@ -58,11 +58,25 @@ pub enum Reading {
         /// Angle, rad, or stroke, m.
         value: f64,
     },
-    /// Point of the tool at which the force acts from now on. Before the first it is the TCP.
-    Point {
-        /// From the TCP, TCP axes, m.
-        value: [f64; 3],
-    },
+    /// Setup of what follows. Before the first, the force acts at the TCP, and all axes are measured.
+    Setup(Setup),
+}
+
+/// Where the force acts, and along which axes of the sensors something is measured.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Setup {
+    /// Point of the tool at which the force acts, from the TCP, TCP axes, m.
+    pub point: [f64; 3],
+    /// True for each axis of the force that is measured. Along another one it is exactly 0.
+    pub force: [bool; 3],
+    /// True for each axis of the acceleration that is measured. The readings along another one are 0, and have no weight.
+    pub acceleration: [bool; 3],
+}
+
+impl Default for Setup {
+    fn default() -> Self {
+        Self { point: [0.0; 3], force: [true; 3], acceleration: [true; 3] }
+    }
 }
 
 /// Longest silence of all signals after which joint angles still hold, s. In a longer silence, as between two recordings, the robot
@@ -77,6 +91,7 @@ pub struct Stream<const N: usize> {
     clock: Clock,
     stretch: Stretch<N>,
     record: Record<N>,
+    setup: Setup,
     health: StreamHealth,
     /// Noise of the newest record with a quiet stretch. The noise of the acceleration is that of the newest record in which the
     /// robot rested, if there is one.
@@ -116,6 +131,7 @@ impl<const N: usize> Stream<N> {
                 starts_at_rest: false,
                 point: [0.0; 3],
             },
+            setup: Setup::default(),
             health: StreamHealth::default(),
             quiet: None,
             earlier: Earlier::new([config.force_resolution, config.acceleration_resolution]),
@@ -152,13 +168,7 @@ impl<const N: usize> Stream<N> {
             Reading::Force { counter, value } => (Channel::Force, counter, value),
             Reading::Acceleration { counter, value } => (Channel::Acceleration, counter, value),
             Reading::Joint { index, value } => return self.joint(time_s, index, value),
-            Reading::Point { value } => {
-                if value != self.record.point {
-                    self.finish(&mut sink);
-                    self.record.point = value;
-                }
-                return;
-            }
+            Reading::Setup(setup) => return self.set_up(setup, &mut sink),
         };
         if value.iter().any(|value| !value.is_finite()) {
             self.health.refused += 1;
@@ -204,8 +214,21 @@ impl<const N: usize> Stream<N> {
     }
 
     fn split(&mut self) -> (&mut Aligner, &mut StreamHealth, Cutter<'_, N>) {
-        let Self { config, aligner, clock, stretch, record, health, quiet, earlier, .. } = self;
-        (aligner, health, Cutter { config, clock, stretch, record, quiet, earlier })
+        let Self { config, aligner, clock, stretch, record, setup, health, quiet, earlier, .. } =
+            self;
+        (aligner, health, Cutter { config, clock, stretch, record, setup, quiet, earlier })
+    }
+
+    fn set_up(&mut self, setup: Setup, sink: &mut impl FnMut(&Record<N>)) {
+        if setup == self.setup {
+            return;
+        }
+        self.finish(sink);
+        if (setup.force, setup.acceleration) != (self.setup.force, self.setup.acceleration) {
+            // The noise of an axis that was not measured is not known.
+            self.quiet = None;
+        }
+        self.setup = setup;
     }
 
     /// Counts and measurements so far.

@@ -20,9 +20,9 @@ pub struct Record<const N: usize> {
     /// True if the measured rate contradicts the configured one, but is too uncertain to replace it. A fit to the record is then
     /// wrong by an unknown factor.
     pub has_doubtful_rate: bool,
-    /// Force that the tool exerts on the robot, N, along each of the force sensor's axes. An axis that is exactly 0 throughout is not measured.
+    /// Force that the tool exerts on the robot, N, along each of the force sensor's axes. It is 0 along an axis that is not measured.
     pub force: [Vec<f32, N>; 3],
-    /// Acceleration, m/s², along each of the accelerometer's axes. An axis that is exactly 0 throughout is not measured.
+    /// Acceleration, m/s², along each of the accelerometer's axes. It is 0 along an axis that is not measured.
     pub acceleration: [Vec<f32, N>; 3],
     /// Standard deviation of the noise of one force sample, per axis, bridging errors included, N. It is 0 along an axis that is not measured.
     pub force_noise: [f32; 3],

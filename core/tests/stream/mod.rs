@@ -13,7 +13,7 @@ use std::f64::consts::TAU;
 
 use flexid_core::MAX_JOINTS;
 use flexid_core::stream::{
-    AngleSignal, Reading, Record, Stream, StreamConfig, StreamError, StreamHealth,
+    AngleSignal, Reading, Record, Setup, Stream, StreamConfig, StreamError, StreamHealth,
 };
 
 use crate::common::Random;
@@ -56,6 +56,15 @@ impl Bench {
             sent: 0,
             measured: [[1.0; 3]; 2],
         }
+    }
+
+    /// From now on a channel measures the force along one axis.
+    fn measure(&mut self, force: usize, acceleration: [bool; 3]) {
+        let force = std::array::from_fn(|axis| axis == force);
+        self.measured =
+            [force, acceleration].map(|sensor| sensor.map(|axis| f32::from(u8::from(axis))));
+        let setup = Setup { force, acceleration, ..Setup::default() };
+        self.push(self.now, Reading::Setup(setup));
     }
 
     fn push(&mut self, time_s: f64, reading: Reading) {
@@ -157,8 +166,7 @@ fn an_experiment_becomes_one_record() {
 fn an_axis_that_is_not_measured_has_no_noise_or_no_weight() {
     for struck in 0..3 {
         let mut bench = Bench::new();
-        bench.measured = [[0.0; 3], [1.0, 1.0, 0.0]];
-        bench.measured[0][struck] = 1.0;
+        bench.measure(struck, [true, true, false]);
         bench.run(300, false);
         bench.run(1748, true);
         let (records, health) = bench.finish();
@@ -176,14 +184,30 @@ fn an_axis_that_is_not_measured_has_no_noise_or_no_weight() {
     }
 }
 
+/// A blow that no rest comes before has the noise of its own axis, and not that of a blow along another one.
+#[test]
+fn the_noise_of_another_axis_is_not_taken_over() {
+    let mut bench = Bench::new();
+    bench.measure(0, [true; 3]);
+    bench.run(300, false);
+    bench.run(1748, true);
+    bench.measure(2, [true; 3]);
+    bench.run(2048, true);
+    let (records, _) = bench.finish();
+    let noise: Vec<[f32; 3]> = records.iter().map(|record| record.force_noise).collect();
+    assert!(noise.len() == 2 && noise[0][2] == 0.0 && noise[1][0] == 0.0, "{noise:?}");
+    assert!(noise[1][2] > 0.1, "{noise:?}");
+}
+
 /// A record is of one point, that of the newest reading before it.
 #[test]
 fn another_point_begins_another_record() {
     let mut bench = Bench::new();
-    bench.push(bench.now, Reading::Point { value: [0.1, 0.0, 0.0] });
+    let at = |point| Reading::Setup(Setup { point, ..Setup::default() });
+    bench.push(bench.now, at([0.1, 0.0, 0.0]));
     bench.run(300, false);
     bench.run(1748, true);
-    bench.push(bench.now, Reading::Point { value: [0.1, 0.0, 0.2] });
+    bench.push(bench.now, at([0.1, 0.0, 0.2]));
     bench.run(300, false);
     bench.run(1748, true);
     let (records, _) = bench.finish();

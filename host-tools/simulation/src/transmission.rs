@@ -195,7 +195,7 @@ mod tests {
                     assert!((value - POSE[usize::from(index)]).abs() < 1e-9);
                     continue;
                 }
-                Reading::Point { .. } => continue,
+                Reading::Setup(_) => continue,
             };
             sums[channel][0] += value;
             sums[channel][1] += value * value;

@@ -70,7 +70,7 @@ fn recorded(config: &Config, folder: &Path, len: usize) -> Vec<[Samples; 2]> {
         let decoded = config.signals.decode(&arrival.frame().unwrap(), |reading| match reading {
             Reading::Force { counter, value } => keep(0, counter, value),
             Reading::Acceleration { counter, value } => keep(1, counter, value),
-            Reading::Joint { .. } | Reading::Point { .. } => {}
+            Reading::Joint { .. } | Reading::Setup(_) => {}
         });
         decoded.unwrap();
     }

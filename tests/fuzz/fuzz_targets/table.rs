@@ -74,7 +74,7 @@ fuzz_target!(|data: &[u8]| {
                     assert_ne!(newest[place].replace(counter), Some(counter));
                 }
                 Reading::Joint { value, .. } => assert!(value.is_finite()),
-                Reading::Point { .. } => {}
+                Reading::Setup(_) => {}
             }
         }
         assert!(arrivals.windows(2).all(|pair| pair[0].time_s <= pair[1].time_s));

@@ -13,8 +13,6 @@ const NOISE: f32 = 5.0;
 const APART_S: f64 = 2e-3;
 /// Largest part of a record in which the hammer touches: ten blows of 10 ms in four seconds. Beyond, it is a shaker. Chosen.
 const MOST: f64 = 0.025;
-/// Samples in a row of one value at the peak of a blow that is cut off. A peak rounded by a converter has two.
-const FLAT: usize = 3;
 
 /// Blows of a record.
 #[derive(Clone, Debug, PartialEq)]
@@ -41,17 +39,23 @@ impl Blows {
         let at_peak = |blow: &[usize]| {
             blow.iter().copied().max_by(|a, b| signal[*a].abs().total_cmp(&signal[*b].abs()))
         };
-        let is_flat = |peak: &usize| {
+        let steps = signal.windows(2).map(|pair| (pair[1] - pair[0]).abs());
+        let step = steps.filter(|step| *step > 0.0).fold(f32::INFINITY, f32::min);
+        let is_flat = |peak: &usize, samples: usize| {
             let end = signal[*peak];
+            // An arch A sin(πt/T) is within a rounding step s of its peak for (2T/π) √(s/A), and two samples may be equal by chance.
+            let round = std::f32::consts::FRAC_2_PI * samples as f32 * (step / end.abs()).sqrt();
             let before = signal[..*peak].iter().rev().take_while(|value| **value == end).count();
             let behind = signal[*peak..].iter().take_while(|value| **value == end).count();
-            before + behind >= FLAT
+            (before + behind) as f32 > round + 2.0
         };
-        let peaks: Vec<usize> = blows().filter_map(at_peak).collect();
-        let cut_off = peaks.iter().filter(|peak| is_flat(peak)).map(|peak| signal[*peak].abs());
+        let peaks: Vec<(usize, usize)> =
+            blows().filter_map(|blow| Some((at_peak(blow)?, blow.len()))).collect();
+        let flat = peaks.iter().filter(|(peak, samples)| is_flat(peak, *samples));
+        let cut_off = flat.map(|(peak, _)| signal[*peak].abs());
         Some(Self {
             cut_off_n: cut_off.reduce(f32::max),
-            peaks_s: peaks.iter().map(|peak| *peak as f64 / record.rate_hz).collect(),
+            peaks_s: peaks.iter().map(|(peak, _)| *peak as f64 / record.rate_hz).collect(),
         })
     }
 

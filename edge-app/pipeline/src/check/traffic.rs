@@ -182,7 +182,7 @@ impl<'a> Watched<'a> {
                     Reading::Force { .. } => (0, SILENCE_S),
                     Reading::Acceleration { .. } => (1, SILENCE_S),
                     Reading::Joint { index, .. } => (2 + usize::from(*index), CYCLE_S),
-                    Reading::Point { .. } => return,
+                    Reading::Setup(_) => return,
                 };
                 if let Some(traffic) = self.readings.get_mut(place) {
                     traffic.note(*time_s, silences, longest_s);

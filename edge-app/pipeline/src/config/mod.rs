@@ -211,6 +211,10 @@ impl Config {
             return Err(bad(message.into()));
         }
         let mounting = mounting::mounting(&raw.mounting, &model).map_err(bad)?;
+        if recording.signals.has_part_of_force() && raw.mounting.force_rpy_rad != [0.0; 3] {
+            let message = "[mounting] force_rpy_rad turns a dynamometer, and [signals] force is that of a hammer or a shaker, along axes of the TCP: leave it out";
+            return Err(bad(message.into()));
+        }
         if recording.signals.has_part_of_force() && mounting.tool_mass > 0.0 {
             let message = "[mounting] tool_mass_kg lies beyond a dynamometer, and [signals] force is that of a hammer or a shaker: leave it out";
             return Err(bad(message.into()));

@@ -193,10 +193,19 @@ fn check_axes(
         let is_single = named.clone().count() == 3 && names.iter().all(|name| *name == names[0]);
         let has_directions = poses.is_some_and(|poses| poses.have_directions[sensor]);
         let is_whole = named.clone().count() == 3 && !is_single;
+        if by_topic && (has_directions || (named.clone().count() > 0 && !is_whole)) {
+            return Err(format!(
+                "[topics] names a sensor of three axes, and {key} is that of one channel: write the bag as a table, or leave one out"
+            ));
+        }
+        if by_topic && named.clone().count() == 0 {
+            continue;
+        }
+        let is_twice = |own: &&String| names.iter().filter(|other| other == own).count() > 1;
+        if let Some(twice) = named.clone().find(is_twice).filter(|_| !is_single) {
+            return Err(format!("[signals] {key} names {twice:?} twice: name each axis once"));
+        }
         if named.count() == 0 {
-            if by_topic {
-                continue;
-            }
             return Err(format!("[signals] {key} names nothing: name an axis that is measured"));
         }
         if has_bus && !is_whole {

@@ -124,7 +124,7 @@ impl<'a> Intake<'a> {
             if !is_measurement {
                 return;
             }
-            let is_of_sensor = !matches!(reading, Reading::Joint { .. } | Reading::Point { .. });
+            let is_of_sensor = !matches!(reading, Reading::Joint { .. } | Reading::Setup(_));
             is_over |= is_of_sensor && window.note();
             stream.push(time_s, reading, |record| {
                 has_record = true;
@@ -320,7 +320,7 @@ impl Heard {
                     *not_available = (!is_measurement).then_some(value);
                 }
             }
-            Reading::Point { .. } => {}
+            Reading::Setup(_) => {}
         }
     }
 

@@ -25,7 +25,7 @@ impl ReadingFaults {
         let (sensor, counter, value) = match reading {
             Reading::Force { counter, value } => (0, *counter, value),
             Reading::Acceleration { counter, value } => (1, *counter, value),
-            Reading::Joint { .. } | Reading::Point { .. } => return,
+            Reading::Joint { .. } | Reading::Setup(_) => return,
         };
         self.standing_still[sensor] += u64::from(self.last[sensor] == Some(counter));
         self.last[sensor] = Some(counter);

@@ -328,7 +328,7 @@ impl Solver {
             self.renew();
             self.work = Work::default();
         }
-        let residuals = self.experiments.iter().map(|experiment| 6 * experiment.bins()).sum();
+        let residuals = self.experiments.iter().map(|experiment| experiment.residuals(1)).sum();
         while is_in_time(stop, &mut self.deadline) {
             let phase = self.step();
             let progress = self.identifier.progress();
@@ -483,7 +483,13 @@ impl Solver {
 
     fn room(&self, experiment: &Experiment) -> Room {
         fn entry(experiment: &Experiment) -> Entry<'_> {
-            Entry { pose: &experiment.pose, spacing: experiment.spacing }
+            let has_force = |axis: usize| experiment.force_noise[axis].iter().any(|own| *own > 0.0);
+            let measured = std::array::from_fn(|axis| match axis {
+                0..3 => has_force(axis),
+                _ => experiment.measures(axis - 3),
+            });
+            let Experiment { pose, point, spacing, .. } = experiment;
+            Entry { pose, point: *point, measured, spacing: *spacing }
         }
         let kept: Vec<Entry> = self.experiments.iter().map(entry).collect();
         find_room(&kept, &entry(experiment))

@@ -1,4 +1,4 @@
-//! Choice of the records that are kept: the newest of each pose, for as many poses as there is room for.
+//! Choice of the records that are kept: the newest of each pose and setup, for as many of these as there is room for.
 
 use crate::record::{MAX_EXPERIMENTS, MAX_PER_POSE, same_pose};
 
@@ -7,6 +7,10 @@ use crate::record::{MAX_EXPERIMENTS, MAX_PER_POSE, same_pose};
 pub(super) struct Entry<'a> {
     /// Pose, rad (m).
     pub(super) pose: &'a [f64],
+    /// Point at which the force acts, from the TCP, TCP axes, m.
+    pub(super) point: [f64; 3],
+    /// True for each axis of force and acceleration that is measured.
+    pub(super) measured: [bool; 6],
     /// Spacing of the bins, rad/s. A shorter record has a wider spacing.
     pub(super) spacing: f64,
 }
@@ -23,8 +27,10 @@ pub(super) enum Room {
 }
 
 impl Entry<'_> {
+    /// Returns whether the records are of one pose and one setup.
     fn shares_pose(&self, other: &Self) -> bool {
-        same_pose(self.pose, other.pose)
+        let setup = |own: &Self| (own.point, own.measured);
+        same_pose(self.pose, other.pose) && setup(self) == setup(other)
     }
 }
 
@@ -66,8 +72,19 @@ mod tests {
 
     /// Takes in records of (pose, spacing), as the solver does. Returns the numbers of the records that are kept.
     fn keep(records: &[(f64, f64)]) -> Vec<usize> {
-        let poses: Vec<[f64; 1]> = records.iter().map(|(pose, _)| [*pose]).collect();
-        let entry = |index: usize| Entry { pose: &poses[index], spacing: records[index].1 };
+        let all = |(pose, spacing): &(f64, f64)| (*pose, *spacing, [true; 6]);
+        keep_measured(&records.iter().map(all).collect::<Vec<_>>())
+    }
+
+    /// The same of (pose, spacing, axes that are measured).
+    fn keep_measured(records: &[(f64, f64, [bool; 6])]) -> Vec<usize> {
+        let poses: Vec<[f64; 1]> = records.iter().map(|(pose, ..)| [*pose]).collect();
+        let entry = |index: usize| Entry {
+            pose: &poses[index],
+            point: [0.0; 3],
+            measured: records[index].2,
+            spacing: records[index].1,
+        };
         let mut kept: Vec<usize> = Vec::new();
         for new in 0..records.len() {
             let entries: Vec<Entry> = kept.iter().map(|&index| entry(index)).collect();
@@ -88,6 +105,14 @@ mod tests {
         assert_eq!(keep(&[(0.0, FULL); 3]), [0, 1, 2]);
         assert_eq!(keep(&[(0.0, FULL); 6]), [2, 3, 4, 5]);
         assert_eq!(keep(&[(0.0, FULL), (0.0, SHORT), (0.0009, FULL)]), [0, 1, 2]);
+    }
+
+    /// Three blows along each of two axes in one pose.
+    #[test]
+    fn blows_along_another_axis_take_no_room() {
+        let along = |axis: usize| (0.0, FULL, std::array::from_fn(|own| own == axis || own > 2));
+        let records: Vec<_> = [0, 0, 0, 1, 1, 1].map(along).to_vec();
+        assert_eq!(keep_measured(&records), [0, 1, 2, 3, 4, 5]);
     }
 
     #[test]

@@ -160,7 +160,7 @@ impl Plausibility {
                     self.tallies.iter_mut().for_each(|tally| tally.note_angle(joint, excess));
                 }
             }
-            Reading::Point { .. } => {}
+            Reading::Setup(_) => {}
         }
         true
     }

@@ -48,7 +48,7 @@ use std::time::Duration;
 use flexid_core::MAX_JOINTS;
 use flexid_core::chain::Chain;
 use flexid_core::statics::Gauge;
-use flexid_core::stream::Reading;
+use flexid_core::stream::{Reading, Setup};
 
 use super::{Arrival, Content, Flow, FrameSource, SourceHealth};
 use crate::input::{BadInput, Binary};
@@ -101,6 +101,8 @@ pub struct TableLog<'a> {
     angles: Angles,
     /// Time of the newest row, s.
     newest_s: Option<f64>,
+    /// True for each axis of force and acceleration that has a column.
+    measured: [[bool; 3]; 2],
     /// Chain from the base to the TCP, if the force is along the axes of the base.
     base: Option<Chain>,
     /// Angles and the axes of the base in those of the TCP.
@@ -194,6 +196,8 @@ impl<'a> TableLog<'a> {
             shown,
             clock: Clock::new(pace),
             cuts,
+            measured: [0, 1]
+                .map(|sensor| [0, 1, 2].map(|axis| !layout.axes[3 * sensor + axis].is_empty())),
             directions: [None; 2],
             angles,
             newest_s: None,
@@ -223,14 +227,18 @@ impl<'a> TableLog<'a> {
         if let Some(cut) = instant.begins {
             self.repeat_angles(batch);
             let own = self.cut(cut).map_err(|message| self.rows.error(row.line, &message))?;
-            if let Some(Cut { pose, directions, point }) = own.cloned() {
-                self.angles.values = pose.into_iter().collect();
-                self.directions = directions;
-                let point = Reading::Point { value: point };
-                batch.push(Arrival { time_s: instant.time_s, content: Content::Reading(point) });
-            } else {
-                self.angles.values.clear();
-            }
+            let Cut { pose, directions, point } = own.cloned().unwrap_or_default();
+            self.angles.values = pose.into_iter().collect();
+            self.directions = directions;
+            let measured = |sensor: usize| {
+                [0, 1, 2].map(|axis| {
+                    let is_along = |own: Direction| own.axis == axis;
+                    self.measured[sensor][axis] && directions[sensor].is_none_or(is_along)
+                })
+            };
+            let setup = Setup { point, force: measured(0), acceleration: measured(1) };
+            let setup = Content::Reading(Reading::Setup(setup));
+            batch.push(Arrival { time_s: instant.time_s, content: setup });
         }
         self.note_angles(&row, &instant, batch);
         let Instant { counter, time_s, .. } = instant;

@@ -425,7 +425,7 @@ proptest! {
                 for arrival in arrivals {
                     let is_finite = match arrival.content {
                         Content::Reading(Reading::Joint { value, .. }) => value.is_finite(),
-                        Content::Reading(Reading::Point { .. }) => true,
+                        Content::Reading(Reading::Setup(_)) => true,
                         Content::Reading(Reading::Force { value, .. } | Reading::Acceleration { value, .. }) => {
                             value.iter().all(|axis| axis.is_finite())
                         }
@@ -460,12 +460,14 @@ fn axes_that_are_not_measured_have_no_column() {
     assert_eq!((forces, error), (expected.to_vec(), None));
     let z = accelerations(&arrivals);
     assert_eq!(z[..2], [[0.0, 0.0, 9.80665], [0.0, 0.0, -19.6133]]);
-    let point = |arrival: &Arrival| match arrival.content {
-        Content::Reading(Reading::Point { value }) => Some(value),
+    let setup = |arrival: &Arrival| match arrival.content {
+        Content::Reading(Reading::Setup(setup)) => Some(setup),
         _ => None,
     };
-    let points: Vec<[f64; 3]> = arrivals.iter().filter_map(point).collect();
-    assert_eq!(points, [[0.0; 3], [0.1, 0.0, -0.2]]);
+    let setups: Vec<Setup> = arrivals.iter().filter_map(setup).collect();
+    let of = |force, point| Setup { point, force, acceleration: [false, false, true] };
+    let expected = [of([true, false, false], [0.0; 3]), of([false, false, true], [0.1, 0.0, -0.2])];
+    assert_eq!(setups, expected);
     let lacks = TableLog::open(Path::new(FILE), &b"time [s],Hammer [N]\n0,1\n"[..], &layout, None);
     let lacks = lacks.err().unwrap().to_string();
     assert!(lacks.starts_with("cut.csv:1: has no column \"az\": "), "{lacks}");

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use anyhow::{Result, anyhow, ensure};
 use flexid_core::spectrum::{Experiment, Measurement};
-use flexid_core::stream::{self, Reading, Stream, StreamConfig};
+use flexid_core::stream::{self, Reading, Setup, Stream, StreamConfig};
 use nalgebra::Vector3;
 
 use crate::common::Random;
@@ -93,6 +93,9 @@ impl<'a> Sensors<'a> {
         let mut last = None;
         let start_s = self.time_s + PAUSE_S;
         let mut keep = |record: &Record| last = Some(record.clone());
+        let force = [0, 1, 2].map(|axis| signals.struck.is_none_or(|struck| struck == axis));
+        let setup = Setup { force, ..Setup::default() };
+        self.stream.push(start_s, Reading::Setup(setup), &mut keep);
         for (n, (force, acceleration)) in signals.force.iter().zip(signals.acceleration).enumerate()
         {
             self.time_s = start_s + n as f64 / sampling.rate_hz;
@@ -104,9 +107,7 @@ impl<'a> Sensors<'a> {
             }
             let counter = n as u32 % (1 << self.study.config.signals.counter_bits.min(31));
             let mut value = noisy(&mut self.random, force, sampling.force_noise());
-            if let Some(struck) = signals.struck {
-                (0..3).filter(|axis| *axis != struck).for_each(|axis| value[axis] = 0.0);
-            }
+            (0..3).filter(|axis| !setup.force[*axis]).for_each(|axis| value[axis] = 0.0);
             self.stream.push(self.time_s, Reading::Force { counter, value }, &mut keep);
             let value = noisy(&mut self.random, acceleration, sampling.acceleration_noise());
             self.stream.push(self.time_s, Reading::Acceleration { counter, value }, &mut keep);
