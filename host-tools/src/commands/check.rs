@@ -31,7 +31,7 @@ pub(super) struct Args {
     /// The daemon's configuration
     #[arg(long, value_name = "EDGE.toml")]
     config: PathBuf,
-    /// Logs of candump -L, or tables (CSV, LVM), also packed (.gz, .zst), in the order in which they were recorded; - is standard input.
+    /// Recordings: logs of candump -L, tables (CSV, LVM), MF4, TDMS, MAT or MCAP, also packed (.gz, .zst), in their order; - is standard input.
     /// Without any, the configuration and its DBC file are checked
     #[arg(value_name = "LOG")]
     logs: Vec<PathBuf>,
