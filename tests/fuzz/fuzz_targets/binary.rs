@@ -8,6 +8,7 @@ use std::time::Duration;
 
 use flexid_core::stream::Reading;
 use flexid_pipeline::input::Binary;
+use flexid_pipeline::poses::Cut;
 use flexid_pipeline::source::{Content, Flow, FrameSource, Layout, TableLog, Topics, table};
 use libfuzzer_sys::fuzz_target;
 
@@ -29,7 +30,8 @@ fuzz_target!(|data: &[u8]| {
     };
     let without = Layout { joints: Vec::new(), rate_hz: Some(1000.0), ..layout.clone() };
     let is_line = |error: &str| assert!(!error.contains('\n'), "{error}");
-    for (layout, poses) in [(layout, None), (without, Some(vec![vec![0.1, 0.2]]))] {
+    let cut = Cut { pose: vec![0.1, 0.2], ..Cut::default() };
+    for (layout, poses) in [(layout, None), (without, Some(vec![cut]))] {
         let mut log = match TableLog::open_binary(Path::new("log"), format, data, &layout, poses) {
             Ok(log) => log,
             Err(error) => {
@@ -47,13 +49,17 @@ fuzz_target!(|data: &[u8]| {
         if let Err(error) = end {
             is_line(&error.to_string());
         }
+        let mut newest: [Option<u32>; 2] = [None; 2];
         for arrival in &arrivals {
             let Content::Reading(reading) = arrival.content else { panic!("a frame") };
             match reading {
-                Reading::Force { value, .. } | Reading::Acceleration { value, .. } => {
+                Reading::Force { counter, value } | Reading::Acceleration { counter, value } => {
+                    let place = usize::from(matches!(reading, Reading::Acceleration { .. }));
+                    assert_ne!(newest[place].replace(counter), Some(counter));
                     assert!(value.iter().all(|value| value.is_finite()));
                 }
                 Reading::Joint { value, .. } => assert!(value.is_finite()),
+                _ => {}
             }
         }
         assert!(arrivals.windows(2).all(|pair| pair[0].time_s <= pair[1].time_s));

@@ -209,7 +209,8 @@ fn restamped(change: impl Fn(usize, u32) -> u32) -> Vec<u8> {
 #[test]
 fn stamps_that_do_not_go_together_are_refused() {
     let of = |change: &dyn Fn(usize, u32) -> u32| spoilt(&restamped(change), &of_bag());
-    let (forces, error) = of(&|_, own| own + 200_000).unwrap();
+    // Less than the delay that is taken for typical.
+    let (forces, error) = of(&|_, own| own + 19_000).unwrap();
     assert_eq!((forces, error), (40, None));
     for (change, expected) in [
         (
@@ -217,6 +218,11 @@ fn stamps_that_do_not_go_together_are_refused() {
                 as &dyn Fn(usize, u32) -> u32,
             "cut: the stamps of /ft/wrench and /imu change by ",
         ),
+        (
+            &|_, own| own + 450_000,
+            "cut: has /imu stamped 450 us after /ft/wrench: let the driver stamp both at the same instant",
+        ),
+        (&|_, own| own + 21_000, "cut: has /imu stamped 21 us after /ft/wrench: "),
         (&|_, own| 2 * own, "cut: has /ft/wrench at 1000.0 Hz and /imu at 500.0 Hz: "),
         (&|_, own| own + 500_000_000, "cut: has stamps on /ft/wrench and /imu of other times: "),
         (&|_, _| 5, "cut: has stamps on /ft/wrench or /imu that do not go on: "),

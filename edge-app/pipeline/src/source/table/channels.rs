@@ -3,10 +3,11 @@
 //! A channel is a column: names and units follow the rules of a table. A group in which all names stand is a cut. If none is, the columns may stand
 //! in several groups, as long as these have the same instants.
 
-use std::io;
+use std::io::{self, BufReader, Read};
 use std::path::{Path, PathBuf};
 
 use super::layout::{Column, Columns, Layout, PERIOD, UNITS, is_named};
+use super::rates::{DIFFERS, two_rates};
 use super::row::{Row, RowSource};
 use crate::input::BadInput;
 
@@ -26,6 +27,8 @@ pub(super) struct Channel {
     pub(super) values: Vec<f64>,
     /// Sampling period, s.
     pub(super) period_s: Option<f64>,
+    /// Time at which the values begin, s on a clock of the file.
+    pub(super) begins_s: Option<f64>,
 }
 
 /// Channels that belong together.
@@ -34,8 +37,22 @@ pub(super) struct Group {
     /// Empty in a file without groups.
     pub(super) name: String,
     pub(super) channels: Vec<Channel>,
-    /// Time at which the values begin, s on a clock of the file.
-    pub(super) begins_s: Option<f64>,
+}
+
+/// Reads a file as `of` does.
+///
+/// # Errors
+/// `of` gives one, or the file is larger than [`LARGEST`].
+pub(super) fn bounded<T>(
+    bytes: impl Read,
+    of: impl FnOnce(&mut dyn Read) -> Result<T, String>,
+) -> Result<T, String> {
+    let mut bytes = BufReader::new(bytes.take(LARGEST + 1));
+    let own = of(&mut bytes);
+    if bytes.get_ref().limit() == 0 {
+        return Err("has more than 4 GiB: cut it".into());
+    }
+    own
 }
 
 /// The rows of a file of channels.
@@ -76,10 +93,9 @@ impl Channels {
             }
         }
         if cuts.is_empty() {
-            let all: Vec<Place> = groups
-                .iter()
-                .flat_map(|group| group.channels.iter().map(move |own| (group, own)))
-                .collect();
+            let all =
+                groups.iter().flat_map(|group| group.channels.iter().map(move |own| (group, own)));
+            let all: Vec<Place> = of_one_time(all.collect(), layout);
             let names: Vec<String> = all.iter().map(|place| name(place, layout)).collect();
             let cut = Cut::of(&all, layout).map_err(bad)?;
             cuts.push(("", cut.ok_or_else(|| bad(layout.lacks(&names)))?));
@@ -96,6 +112,9 @@ impl Channels {
                     format!("{one}/{}", layout.needed().next().unwrap_or_default())
                 )));
             }
+            before.has_rate_of(after).map_err(|message| {
+                bad(format!("has the groups {one:?} and {other:?}: the second {message}"))
+            })?;
         }
         let cuts: Vec<Cut> = cuts.into_iter().map(|(_, cut)| cut).collect();
         let has_times = cuts.first().is_some_and(|cut| cut.time.is_some());
@@ -156,6 +175,17 @@ fn name(&(group, channel): &Place, layout: &Layout) -> String {
     if layout.needed().any(|own| is_named(&whole, own)) { whole } else { channel.name.clone() }
 }
 
+/// Returns the places without the times of other groups than that of the first axis, which need not have its instants.
+fn of_one_time<'a>(mut all: Vec<Place<'a>>, layout: &Layout) -> Vec<Place<'a>> {
+    let is = |place: &Place, own: &str| is_named(&name(place, layout), own);
+    let first = layout.needed().next();
+    let first = all.iter().find(|place| first.is_some_and(|own| is(place, own)));
+    let Some(group) = first.map(|place| place.0) else { return all };
+    let is_needed = |place: &Place| layout.needed().any(|own| is(place, own));
+    all.retain(|own| std::ptr::eq(own.0, group) || !layout.is_time(&own.1.name) || is_needed(own));
+    all
+}
+
 impl Cut {
     /// Takes the columns from channels. Returns `None` if a name is missing.
     fn of(places: &[Place], layout: &Layout) -> Result<Option<Self>, String> {
@@ -190,12 +220,14 @@ impl Cut {
                     own.name, first.1.name
                 ));
             }
-            if !may_hold && !is_simultaneous(group, first.0, layout) {
-                return Err(format!(
-                    "columns {:?} of the group {:?} and {:?} of {:?} have different instants: record them in one group, by one clock",
+            let instants =
+                if may_hold { Ok(()) } else { simultaneous((group, own), first, layout) };
+            instants.map_err(|message| {
+                format!(
+                    "columns {:?} of the group {:?} and {:?} of {:?} {message}",
                     own.name, group.name, first.1.name, first.0.name
-                ));
-            }
+                )
+            })?;
         }
         Ok(Some(Self {
             time: time.as_ref().map(scaled),
@@ -203,7 +235,7 @@ impl Cut {
                 .as_ref()
                 .map(scaled)
                 .and_then(|own| own.first().copied())
-                .or(first.0.begins_s),
+                .or(first.1.begins_s),
             axes: axes.each_ref().map(|own| own.as_ref().map_or(vec![0.0], scaled)),
             joints: joints.iter().map(scaled).collect(),
             period_s,
@@ -220,27 +252,51 @@ impl Cut {
         let ends_s = self.begins_s.zip(lasts_s).map(|(begins_s, lasts_s)| begins_s + lasts_s);
         ends_s.zip(other.begins_s).is_some_and(|(ends_s, begins_s)| ends_s <= begins_s)
     }
+
+    /// Checks that another cut states its instants as this one does: one reader takes the instants of both.
+    ///
+    /// # Errors
+    /// Its period is another one, or only one of both has a period or times. The error names the mend.
+    fn has_rate_of(&self, other: &Self) -> Result<(), String> {
+        match (self.period_s, other.period_s) {
+            (Some(one), Some(own)) if (own / one - 1.0).abs() > DIFFERS => {
+                return Err(two_rates(1.0 / one, 1.0 / own));
+            }
+            (Some(_), Some(_)) | (None, None) if self.time.is_some() == other.time.is_some() => {}
+            _ => {
+                return Err(
+                    "states its instants in another way: give both a sampling period, or both a column of times"
+                        .into(),
+                );
+            }
+        }
+        Ok(())
+    }
 }
 
-/// Returns whether the values of two groups belong to the same instants.
-fn is_simultaneous(one: &Group, other: &Group, layout: &Layout) -> bool {
+/// Checks that the values of two channels belong to the same instants. Those of one group do, unless they begin at different times.
+///
+/// # Errors
+/// They do not, or nothing says so. The error names the mend.
+fn simultaneous(one: Place, other: Place, layout: &Layout) -> Result<(), String> {
+    const MEND: &str = "record them in one group, started at once by one clock";
     let time = |group: &Group| {
         group.channels.iter().find(|own| layout.is_time(&own.name)).map(|own| own.values.clone())
     };
-    let apart = |one: f64, other: f64| (one - other).abs() > SAME_S;
-    match (time(one), time(other)) {
-        _ if std::ptr::eq(one, other) => true,
+    let is_same = |one: f64, other: f64| (one - other).abs() <= SAME_S;
+    let begin = one.1.begins_s.zip(other.1.begins_s);
+    let is_one = std::ptr::eq(one.0, other.0);
+    let are_same = match (time(one.0), time(other.0)) {
+        _ if begin.is_some_and(|(one, other)| !is_same(one, other)) => false,
+        _ if is_one => true,
         (Some(one), Some(other)) => {
             one.len() == other.len()
-                && one.iter().zip(&other).all(|(one, other)| !apart(*one, *other))
+                && one.iter().zip(&other).all(|(one, other)| is_same(*one, *other))
         }
-        (None, None) => match (one.begins_s, other.begins_s) {
-            (Some(one), Some(other)) => !apart(one, other),
-            (None, None) => true,
-            _ => false,
-        },
-        _ => false,
-    }
+        (None, None) if begin.is_some() => true,
+        _ => return Err(format!("do not both state their times: {MEND}")),
+    };
+    if are_same { Ok(()) } else { Err(format!("have different instants: {MEND}")) }
 }
 
 #[cfg(test)]
@@ -259,14 +315,16 @@ mod tests {
             unit: unit.to_owned(),
             values: values.to_vec(),
             period_s: Some(1e-3),
+            begins_s: None,
         }
     }
 
     /// The channels of force, kN, and acceleration, each 0, 1, 2.
     fn group(name: &str, names: &[&str], begins_s: Option<f64>) -> Group {
         let unit = |name: &str| if name.starts_with('F') { "kN" } else { "g" };
-        let channels = names.iter().map(|own| channel(own, unit(own), &[0.0, 1.0, 2.0])).collect();
-        Group { name: name.to_owned(), channels, begins_s }
+        let own = |own: &&str| channel(own, unit(own), &[0.0, 1.0, 2.0]);
+        let channels = names.iter().map(|name| Channel { begins_s, ..own(name) }).collect();
+        Group { name: name.to_owned(), channels }
     }
 
     const ALL: [&str; 6] = ["Fx", "Fy", "Fz", "ax", "ay", "az"];
@@ -314,9 +372,59 @@ mod tests {
             error.contains("\"ax\" of the group \"b\" and \"Fx\" of \"a\" have different instants"),
             "{error}"
         );
+        // Nothing says that these began at once.
+        let error = of(&[group("a", &ALL[..3], None), group("b", &ALL[3..], None)]).unwrap_err();
+        assert!(
+            error.contains("do not both state their times: record them in one group"),
+            "{error}"
+        );
+        let mut late = group("a", &ALL, Some(0.0));
+        late.channels[4].begins_s = Some(0.01);
+        let error = of(&[late]).unwrap_err();
+        assert!(
+            error.contains("\"ay\" of the group \"a\" and \"Fx\" of \"a\" have different"),
+            "{error}"
+        );
         let named = Layout { axes: ALL.map(|name| format!("raw/{name}")), ..layout(&[]) };
         let both = [group("raw", &ALL, None), group("filtered", &ALL, None)];
         assert_eq!(rows(&both, &named).unwrap().len(), 3);
+    }
+
+    #[test]
+    fn cuts_have_one_rate() {
+        let with = |period_s: Option<f64>| {
+            let mut own = group("b", &ALL, Some(20.0));
+            own.channels.iter_mut().for_each(|own| own.period_s = period_s);
+            own
+        };
+        let first = || group("a", &ALL, Some(0.0));
+        let of = |own: Group| rows(&[first(), own], &layout(&[]));
+        assert_eq!(of(with(Some(1e-3))).unwrap().len(), 6);
+        let error = of(with(Some(2e-3))).unwrap_err();
+        let expected = "cut: has the groups \"a\" and \"b\": the second comes at 500.0 Hz, and what is before at 1000.0 Hz";
+        assert!(error.starts_with(expected), "{error}");
+        let error = of(with(None)).unwrap_err();
+        assert!(error.contains("the second states its instants in another way: "), "{error}");
+        let mut timed = with(Some(1e-3));
+        timed.channels.push(channel("time", "s", &[20.0, 20.001, 20.002]));
+        let error = of(timed).unwrap_err();
+        assert!(error.contains("the second states its instants in another way: "), "{error}");
+    }
+
+    #[test]
+    fn time_is_that_of_the_group_of_the_first_axis() {
+        let with_time = |mut own: Group, times: &[f64]| {
+            own.channels.insert(0, channel("time", "s", times));
+            own
+        };
+        let times = [0.0, 1e-3, 2e-3];
+        let groups = [
+            with_time(Group { name: "rpm".into(), ..Group::default() }, &[0.0]),
+            with_time(group("F", &ALL[..3], None), &times),
+            with_time(group("a", &ALL[3..], None), &times),
+        ];
+        let rows = rows(&groups, &layout(&[])).unwrap();
+        assert_eq!(rows.iter().filter_map(|row| row.time_s).collect::<Vec<_>>(), times);
     }
 
     #[test]

@@ -4,11 +4,11 @@
 //! row, `F(1,:)`, along the longer side. The crate `matfile` is not used: MATLAB stores whole numbers of an array of doubles as small integers, at
 //! which it gives up the whole file.
 
-use std::io::{self, BufReader, Read};
+use std::io::{self, Read};
 
 use flate2::read::ZlibDecoder;
 
-use super::channels::{Channel, Group, LARGEST};
+use super::channels::{Channel, Group, LARGEST, bounded};
 use super::layout::Layout;
 
 /// Kinds of elements.
@@ -16,15 +16,20 @@ const MATRIX: u32 = 14;
 const COMPRESSED: u32 = 15;
 /// Classes of numeric arrays: double, single, and integers of 8 to 64 bits.
 const NUMERIC: std::ops::RangeInclusive<u8> = 6..=15;
-/// Most elements of a vector, and most columns of a matrix, that are channels of their own.
+/// Most elements of a vector that are channels of their own, and most columns of a matrix that an error lists.
 const MOST: usize = 12;
+/// Most bytes of the elements before the values: a name has 63 at most.
+const HEAD: u32 = 256;
 
 /// Reads the variables that the layout wants; of others the names.
 ///
 /// # Errors
 /// The file is damaged or cut off.
 pub(super) fn read(bytes: impl Read, layout: &Layout) -> Result<Vec<Group>, String> {
-    let mut bytes = BufReader::new(bytes.take(LARGEST));
+    bounded(bytes, |bytes| variables(bytes, layout))
+}
+
+fn variables(mut bytes: &mut dyn Read, layout: &Layout) -> Result<Vec<Group>, String> {
     let mut header = [0; 128];
     whole(bytes.read_exact(&mut header))?;
     let is_big_endian = match &header[126..] {
@@ -125,58 +130,58 @@ fn variable(
     is_big_endian: bool,
     layout: &Layout,
 ) -> Result<Vec<Channel>, String> {
-    let mut next = |most: u32| -> Result<(u32, Vec<u8>), String> {
+    let mut next = || -> Result<(u32, Vec<u8>), String> {
         let tag = Tag::next(bytes, is_big_endian)?.ok_or(CUT_OFF)?;
-        Ok((tag.kind, tag.data(bytes, most)?))
+        Ok((tag.kind, tag.data(bytes, HEAD)?))
     };
-    let flags = next(8)?.1;
+    let flags = next()?.1;
     let class = flags.get(if is_big_endian { 3 } else { 0 }).copied().unwrap_or_default();
-    let (kind, sizes) = next(256)?;
+    let (kind, sizes) = next()?;
     let sizes: Vec<usize> =
         numbers(kind, &sizes, is_big_endian)?.into_iter().map(|own| own as usize).collect();
-    let name = String::from_utf8_lossy(&next(256)?.1).into_owned();
+    let name = String::from_utf8_lossy(&next()?.1).into_owned();
     let [rows, columns] = sizes[..] else { return Ok(Vec::new()) };
     if !NUMERIC.contains(&class) || rows == 0 || columns == 0 || name.is_empty() {
         return Ok(Vec::new());
     }
-    // The channels: their names, and the places of their values, which stand column by column.
-    let (first, step) = if columns == 1 || rows == 1 {
-        (Vec::new(), 1)
-    } else if rows >= columns {
-        (
-            (1..=columns)
-                .map(|column| (format!("{name}(:,{column})"), (column - 1) * rows))
-                .collect(),
-            1,
-        )
-    } else {
-        ((1..=rows).map(|row| (format!("{name}({row},:)"), row - 1)).collect::<Vec<_>>(), rows)
-    };
+    let tag = Tag::next(bytes, is_big_endian)?.ok_or(CUT_OFF)?;
+    let (count, stored) = (rows.checked_mul(columns), tag.length as usize);
+    if count.and_then(|count| count.checked_mul(size(tag.kind)?)) != Some(stored) {
+        return Err(format!(
+            "is damaged: {name} has {stored} bytes, which are not {rows} times {columns} values: save it again"
+        ));
+    }
     let length = rows.max(columns);
-    let mut names: Vec<(String, usize, usize)> = if first.is_empty() {
-        let elements = (0..length).map(|own| (format!("{name}({})", own + 1), own, 1));
-        let elements = elements.take(if (2..=MOST).contains(&length) { length } else { 0 });
-        std::iter::once((name.clone(), 0, length)).chain(elements).collect()
-    } else {
-        first.into_iter().map(|(name, first)| (name, first, length)).collect()
-    };
-    names.truncate(MOST + 1);
     let is_wanted = |name: &str| layout.wants("", name);
-    let values = if names.iter().any(|(name, ..)| is_wanted(name)) {
-        let (kind, data) = next(u32::MAX)?;
-        let values = numbers(kind, &data, is_big_endian)?;
-        if rows.checked_mul(columns) != Some(values.len()) {
-            return Err(format!(
-                "is damaged: {} has {} values, and not {rows} times {columns}",
-                names[0].0,
-                values.len()
-            ));
+    // The channels: their names, and the places of their values, which stand column by column.
+    let (own, step): (Vec<(String, usize, usize)>, usize) = if columns == 1 || rows == 1 {
+        let elements = if (2..=MOST).contains(&length) { length } else { 0 };
+        let elements = (0..elements).map(|own| (format!("{name}({})", own + 1), own, 1));
+        (std::iter::once((name.clone(), 0, length)).chain(elements).collect(), 1)
+    } else {
+        let is_tall = rows >= columns;
+        let of = |own: usize| {
+            let name = if is_tall {
+                format!("{name}(:,{})", own + 1)
+            } else {
+                format!("{name}({},:)", own + 1)
+            };
+            (name, if is_tall { own * rows } else { own }, length)
+        };
+        // Of those that are not wanted an error lists some.
+        let all = (0..rows.min(columns)).map(|own| (own, of(own)));
+        let own = all.filter(|(own, (name, ..))| *own < MOST || is_wanted(name));
+        (own.map(|(_, own)| own).collect(), if is_tall { 1 } else { rows })
+    };
+    let values = if own.iter().any(|(name, ..)| is_wanted(name)) {
+        if count.is_none_or(|count| count as u64 > LARGEST / 8) {
+            return Err(format!("has more than 4 GiB of values in {name}: cut it"));
         }
-        values
+        numbers(tag.kind, &tag.data(bytes, u32::MAX)?, is_big_endian)?
     } else {
         Vec::new()
     };
-    Ok(names
+    Ok(own
         .into_iter()
         .map(|(name, first, count)| {
             let own = values.iter().skip(first).step_by(step).take(count).copied();
@@ -184,6 +189,17 @@ fn variable(
             Channel { name, values, ..Channel::default() }
         })
         .collect())
+}
+
+/// Returns the size of a number that is stored as this kind, bytes.
+fn size(kind: u32) -> Option<usize> {
+    Some(match kind {
+        1 | 2 => 1,
+        3 | 4 => 2,
+        5..=7 => 4,
+        9 | 12 | 13 => 8,
+        _ => return None,
+    })
 }
 
 /// Returns numbers that are stored as this kind.
@@ -215,4 +231,48 @@ fn numbers(kind: u32, data: &[u8], is_big_endian: bool) -> Result<Vec<f64>, Stri
         13 => all(data, is_big_endian, |own| u64::from_le_bytes(own) as f64),
         _ => return Err(format!("is damaged: it has numbers of an unknown kind, {kind}")),
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A file of the variable `F` of this size, with whole numbers as values.
+    fn file(sizes: [u32; 2], values: &[u8]) -> Vec<u8> {
+        let element = |kind: u32, data: &[u8]| {
+            let length = data.len() as u32;
+            let mut own = [&kind.to_le_bytes()[..], &length.to_le_bytes(), data].concat();
+            own.resize(own.len().next_multiple_of(8), 0);
+            own
+        };
+        let sizes = sizes.map(u32::to_le_bytes).concat();
+        let parts = [(6, &[6, 0, 0, 0, 0, 0, 0, 0][..]), (5, &sizes), (1, b"F"), (2, values)];
+        let matrix = element(MATRIX, &parts.map(|(kind, own)| element(kind, own)).concat());
+        let mut header = [0; 128];
+        header[126..].copy_from_slice(b"IM");
+        [&header[..], &matrix].concat()
+    }
+
+    fn layout(name: &str) -> Layout {
+        let axes = ["", "", name, "", "", ""].map(str::to_owned);
+        Layout { axes, joints: Vec::new(), rate_hz: None, base: None, topics: None }
+    }
+
+    #[test]
+    fn each_column_that_is_named_is_there() {
+        let values: Vec<u8> = (0..16 * 17).map(|own| (own / 17) as u8).collect();
+        let groups = read(&*file([17, 16], &values), &layout("F(:,14)")).unwrap();
+        let channels = &groups[0].channels;
+        assert_eq!(channels.len(), MOST + 1);
+        assert_eq!(channels[MOST].name, "F(:,14)");
+        assert_eq!(channels[MOST].values, [13.0; 17]);
+    }
+
+    #[test]
+    fn sizes_that_are_not_those_of_the_values_are_refused() {
+        for sizes in [[i32::MAX as u32; 2], [u32::MAX; 2], [3, 2], [1, i32::MAX as u32]] {
+            let error = read(&*file(sizes, &[0; 8]), &layout("F")).unwrap_err();
+            assert!(error.starts_with("is damaged: F has 8 bytes, which are not "), "{error}");
+        }
+    }
 }

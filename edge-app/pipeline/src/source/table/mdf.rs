@@ -3,12 +3,13 @@
 //! A file is a graph of blocks that point to each other: data groups, their channel groups, their channels, and their records. The crate `mf4-rs` is not
 //! used: it reads no compressed blocks.
 
-use std::collections::HashMap;
+use std::cell::RefCell;
+use std::collections::{HashMap, HashSet};
 use std::io::Read;
 
 use flate2::read::ZlibDecoder;
 
-use super::channels::{Channel, Group, LARGEST};
+use super::channels::{Channel, Group, LARGEST, bounded};
 use super::layout::Layout;
 
 /// Place of the first block behind the identification.
@@ -31,11 +32,11 @@ const CUT_OFF: &str =
 /// # Errors
 /// The file is damaged, cut off, not finished, of an older version, or of a bus.
 pub(super) fn read(bytes: impl Read, layout: &Layout) -> Result<Vec<Group>, String> {
-    let mut file = Vec::new();
-    bytes
-        .take(LARGEST)
-        .read_to_end(&mut file)
-        .map_err(|error| format!("cannot be read: {error}"))?;
+    let file = bounded(bytes, |bytes| {
+        let mut file = Vec::new();
+        let read = bytes.read_to_end(&mut file);
+        read.map_err(|error| format!("cannot be read: {error}")).map(|_| file)
+    })?;
     if file.starts_with(b"UnFinMF") {
         let mend = "`pip install asammdf; python3 -c \"from asammdf import MDF; MDF('IN.mf4').save('OUT.mf4')\"`";
         return Err(format!("was not finished by its writer: finish it with {mend}"));
@@ -49,7 +50,7 @@ pub(super) fn read(bytes: impl Read, layout: &Layout) -> Result<Vec<Group>, Stri
             version % 100
         ));
     }
-    let file = File { bytes: &file };
+    let file = File { bytes: &file, seen: RefCell::default() };
     let mut groups = Vec::new();
     for data_group in file.list(file.block(HEADER, b"##HD")?.link(0), b"##DG")? {
         let groups_of: Vec<Block> = file.list(data_group.link(1), b"##CG")?;
@@ -59,7 +60,8 @@ pub(super) fn read(bytes: impl Read, layout: &Layout) -> Result<Vec<Group>, Stri
             parts.push(Part::new(&file, group, groups.len() + parts.len(), layout)?);
         }
         if parts.iter().any(Part::is_wanted) {
-            let records = file.records(data_group.link(2))?;
+            let bytes: Option<u64> = parts.iter().map(|own| own.bytes(id_bytes)).sum();
+            let records = file.records(data_group.link(2), bytes.unwrap_or(LARGEST))?;
             fill(&mut parts, &records, id_bytes)?;
         }
         groups.extend(parts.into_iter().map(|part| part.group));
@@ -75,12 +77,14 @@ pub(super) fn read(bytes: impl Read, layout: &Layout) -> Result<Vec<Group>, Stri
 /// Bytes of a file.
 struct File<'a> {
     bytes: &'a [u8],
+    /// Places of the blocks of lists and of records so far: each belongs to one list.
+    seen: RefCell<HashSet<u64>>,
 }
 
 /// A block: its links, and the data behind.
 struct Block<'a> {
     id: [u8; 4],
-    links: Vec<u64>,
+    links: &'a [[u8; 8]],
     data: &'a [u8],
 }
 
@@ -108,26 +112,31 @@ impl<'a> File<'a> {
         let bytes =
             usize::try_from(count?).ok().and_then(|count| count.checked_mul(8)).ok_or(CUT_OFF)?;
         let (links, data) = rest.split_at_checked(bytes).ok_or(CUT_OFF)?;
-        let links = links.as_chunks::<8>().0.iter().map(|own| u64::from_le_bytes(*own)).collect();
-        Ok(Block { id, links, data })
+        Ok(Block { id, links: links.as_chunks().0, data })
     }
 
     /// Returns the blocks of one kind of which each points to the next.
     fn list(&self, first: u64, kind: &[u8; 4]) -> Result<Vec<Block<'a>>, String> {
         let (mut place, mut blocks) = (first, Vec::new());
         while place != 0 {
+            self.visit(place)?;
             let block = self.block(place, kind)?;
             place = block.link(0);
             blocks.push(block);
-            // Each has 24 bytes at least.
-            if blocks.len() * 24 > self.bytes.len() {
-                return Err(
-                    "is damaged: its blocks point to each other in a circle: record it again"
-                        .into(),
-                );
-            }
         }
         Ok(blocks)
+    }
+
+    /// Remembers that the block at a place was read.
+    ///
+    /// # Errors
+    /// It was read before.
+    fn visit(&self, place: u64) -> Result<(), String> {
+        if self.seen.borrow_mut().insert(place) {
+            return Ok(());
+        }
+        Err("is damaged: two of its blocks point to the same one, or in a circle: record it again"
+            .into())
     }
 
     /// Returns the text of a block, of its element TX where it is XML. An empty one where no block is.
@@ -145,50 +154,59 @@ impl<'a> File<'a> {
         })
     }
 
-    /// Returns the records of a data group, all together.
-    fn records(&self, place: u64) -> Result<Vec<u8>, String> {
+    /// Returns the records of a data group, all together; of packed ones at most so many bytes.
+    fn records(&self, place: u64, most: u64) -> Result<Vec<u8>, String> {
         let mut all = Vec::new();
         if place == 0 {
             return Ok(all);
         }
-        let mut block = self.any(place)?;
+        let (mut place, mut block) = (place, self.any(place)?);
         if &block.id == b"##HL" {
-            block = self.block(block.link(0), b"##DL")?;
+            place = block.link(0);
+            block = self.block(place, b"##DL")?;
         }
         if &block.id != b"##DL" {
-            self.unpack(&block, &mut all)?;
+            self.visit(place)?;
+            self.unpack(&block, most, &mut all)?;
             return Ok(all);
         }
-        let mut lists = 0;
-        loop {
-            for place in block.links.iter().skip(1).filter(|place| **place != 0) {
-                self.unpack(&self.any(*place)?, &mut all)?;
-            }
-            lists += 1;
-            match block.link(0) {
-                0 => return Ok(all),
-                _ if lists * 24 > self.bytes.len() => return Err(CUT_OFF.into()),
-                next => block = self.block(next, b"##DL")?,
+        for list in self.list(place, b"##DL")? {
+            for place in list.links.iter().skip(1).map(|own| u64::from_le_bytes(*own)) {
+                if place != 0 {
+                    self.visit(place)?;
+                    self.unpack(&self.any(place)?, most, &mut all)?;
+                }
             }
         }
+        Ok(all)
     }
 
     /// Appends the data of a block, unpacked if need be.
-    fn unpack(&self, block: &Block, all: &mut Vec<u8>) -> Result<(), String> {
-        if all.len() as u64 > LARGEST {
-            return Err("has more than 4 GiB of records: cut it with asammdf".into());
-        }
+    fn unpack(&self, block: &Block, most: u64, all: &mut Vec<u8>) -> Result<(), String> {
         match &block.id {
             b"##DT" => all.extend(block.data),
             b"##DZ" => {
                 let [transposed] = block.data::<1>(2)?;
                 let columns = u32::from_le_bytes(block.data(4)?) as usize;
                 let length = u64::from_le_bytes(block.data(8)?);
+                let end = length.saturating_add(all.len() as u64);
+                if end > LARGEST {
+                    return Err("has more than 4 GiB of records: cut it with asammdf".into());
+                }
+                if end > most {
+                    return Err(format!(
+                        "is damaged: its groups state {most} bytes of records, and it has {end}: save it with asammdf"
+                    ));
+                }
                 let packed = block.data.get(24..).ok_or(CUT_OFF)?;
                 let mut data = Vec::new();
-                let read =
-                    ZlibDecoder::new(packed).take(length.min(LARGEST)).read_to_end(&mut data);
+                let read = ZlibDecoder::new(packed).take(length + 1).read_to_end(&mut data);
                 read.map_err(|error| format!("is damaged: a block cannot be unpacked ({error})"))?;
+                if data.len() as u64 != length {
+                    return Err(format!(
+                        "is damaged: a block has another length than {length} bytes when it is unpacked: record it again"
+                    ));
+                }
                 match transposed {
                     0 => all.extend(data),
                     1 => transpose(&data, columns, all),
@@ -212,7 +230,7 @@ impl<'a> File<'a> {
 
 impl Block<'_> {
     fn link(&self, place: usize) -> u64 {
-        self.links.get(place).copied().unwrap_or_default()
+        self.links.get(place).copied().map_or(0, u64::from_le_bytes)
     }
 
     fn data<const N: usize>(&self, place: usize) -> Result<[u8; N], String> {
@@ -289,6 +307,12 @@ impl Part {
             return Err("stores its columns apart: save it with asammdf as version 4.10".into());
         }
         Ok(part)
+    }
+
+    /// Returns how many bytes its records have. `None` of texts, which have any length.
+    fn bytes(&self, id_bytes: usize) -> Option<u64> {
+        let own = (self.length as u64).saturating_add((self.validity + id_bytes) as u64);
+        (self.flags & OF_TEXTS == 0).then(|| self.count.saturating_mul(own).min(LARGEST))
     }
 
     /// Returns whether more than the time is wanted.
@@ -414,8 +438,8 @@ impl Decoder {
             Number::Float => own.shift == 0 && (bits == 32 || bits == 64),
             _ => (1..=64).contains(&bits) && own.shift < 8 && own.shift + bits <= 64,
         };
-        let fits = place.checked_add(own.bytes()).is_some_and(|end| end <= length);
-        if own.is_counted || (is_known && fits) {
+        let fits = || place.checked_add(own.bytes()).is_some_and(|end| end <= length);
+        if own.is_counted || (is_known && fits()) {
             Ok(own)
         } else {
             Err(format!(
@@ -467,14 +491,22 @@ impl Law {
             .collect::<Result<_, _>>()?;
         let damaged = || {
             format!(
-                "channel {name:?} has a conversion of {count} numbers, which cannot be: record it again"
+                "channel {name:?} has a conversion of kind {kind} with {count} numbers, which cannot be (those of a table must rise): record it again"
             )
         };
         Ok(match kind {
             0 => Self::Same,
             1 => Self::Linear(*numbers.first_chunk().ok_or_else(damaged)?),
             2 => Self::Rational(*numbers.first_chunk().ok_or_else(damaged)?),
-            4 if count >= 4 && count % 2 == 0 => Self::Table(numbers.as_chunks().0.to_vec()),
+            4 if count >= 4 && count % 2 == 0 => {
+                let pairs = numbers.as_chunks().0.to_vec();
+                let rises = |[one, next]: &[[f64; 2]; 2]| one[0] < next[0];
+                let is_finite = pairs.iter().all(|[own, _]| own.is_finite());
+                if !is_finite || !pairs.array_windows().all(rises) {
+                    return Err(damaged());
+                }
+                Self::Table(pairs)
+            }
             4 => return Err(damaged()),
             _ => {
                 return Err(format!(
@@ -498,5 +530,80 @@ impl Law {
                     / (next - x)
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io::Write;
+
+    use super::*;
+
+    /// A block of these links and data.
+    fn block(id: &[u8; 4], links: &[u64], data: &[u8]) -> Vec<u8> {
+        let length = (24 + 8 * links.len() + data.len()) as u64;
+        let links: Vec<u8> = std::iter::once(&(links.len() as u64))
+            .chain(links)
+            .flat_map(|own| own.to_le_bytes())
+            .collect();
+        [id, &[0; 4], &length.to_le_bytes()[..], &links, data].concat()
+    }
+
+    fn records(bytes: &[u8], most: u64) -> Result<Vec<u8>, String> {
+        File { bytes, seen: RefCell::default() }.records(8, most)
+    }
+
+    /// Behind bytes that are no block.
+    fn file(blocks: &[Vec<u8>]) -> Vec<u8> {
+        [&[0; 8][..], &blocks.concat()].concat()
+    }
+
+    #[test]
+    fn blocks_are_read_once() {
+        let data = || block(b"##DT", &[], &[7; 8]);
+        let list = |links: &[u64]| file(&[block(b"##DL", links, &[]), data(), data()]);
+        // The list has 48 bytes from byte 8 on, each of the data 32.
+        assert_eq!(records(&list(&[0, 56, 88]), 0).unwrap(), [7; 16]);
+        for links in [[0, 56, 56], [8, 56, 88]] {
+            let error = records(&list(&links), 0).unwrap_err();
+            assert!(error.contains("two of its blocks point to the same one"), "{error}");
+        }
+    }
+
+    #[test]
+    fn records_are_unpacked_as_far_as_they_are_stated() {
+        let of = |length: u64| {
+            let mut packed =
+                flate2::write::ZlibEncoder::new(Vec::new(), flate2::Compression::best());
+            packed.write_all(&[7; 1000]).unwrap();
+            let data = [&[0; 8][..], &length.to_le_bytes(), &[0; 8], &packed.finish().unwrap()];
+            file(&[block(b"##DZ", &[], &data.concat())])
+        };
+        assert_eq!(records(&of(1000), 1000).unwrap(), [7; 1000]);
+        let error = records(&of(1000), 999).unwrap_err();
+        assert!(error.contains("state 999 bytes of records, and it has 1000"), "{error}");
+        for length in [999, 1001] {
+            let error = records(&of(length), LARGEST).unwrap_err();
+            assert!(error.contains("has another length than"), "{error}");
+        }
+    }
+
+    #[test]
+    fn numbers_that_cannot_be_are_refused() {
+        let law = |keys: [f64; 3]| {
+            let pairs = keys.into_iter().flat_map(|key| [key, 2.0 * key]);
+            let numbers: Vec<u8> = pairs.flat_map(f64::to_le_bytes).collect();
+            let data = [&[4, 0, 0, 0, 0, 0, 6, 0][..], &[0; 16], &numbers].concat();
+            Law::new(Some(&Block { id: *b"##CC", links: &[], data: &data }), "Fx")
+                .map(|own| own.value(1.5))
+        };
+        assert_eq!(law([0.0, 1.0, 2.0]), Ok(3.0));
+        for keys in [[2.0, 1.0, 0.0], [0.0, 1.0, 1.0], [0.0, 1.0, f64::NAN]] {
+            assert!(law(keys).unwrap_err().contains("those of a table must rise"));
+        }
+        let data = [&[0, 0, 0, 7][..], &[0; 4], &u32::MAX.to_le_bytes(), &[0; 8]].concat();
+        let channel = Block { id: *b"##CN", links: &[], data: &data };
+        let error = Decoder::new(&channel, None, "Fx", 8).err().unwrap();
+        assert!(error.starts_with("channel \"Fx\" has 4294967295 bits at byte 0 of 8"), "{error}");
     }
 }

@@ -5,9 +5,9 @@
 //! returns nothing, without an error.
 
 use std::collections::HashMap;
-use std::io::{self, BufReader, Read};
+use std::io::{self, Read};
 
-use super::channels::{Channel, Group, LARGEST};
+use super::channels::{Channel, Group, LARGEST, bounded};
 use super::layout::Layout;
 
 /// Contents of a segment.
@@ -26,6 +26,10 @@ const OF_LINES: u32 = 0x126A;
 const TEXT: u32 = 0x20;
 const STAMP: u32 = 0x44;
 const DAQMX_TYPE: u32 = u32::MAX;
+/// Properties that say at which instants values are.
+const INSTANTS: [&str; 3] = ["wf_start_time", "wf_start_offset", "wf_increment"];
+/// Most scales of a channel. Chosen: a sensor has one or two.
+const MOST_SCALES: usize = 100;
 /// Longest description of a segment, bytes.
 const LONGEST: u64 = 256 << 20;
 
@@ -36,7 +40,10 @@ const CUT_OFF: &str = "is cut off or damaged: copy or record it again";
 /// # Errors
 /// The file is damaged or cut off, or has values of a kind that is not known.
 pub(super) fn read(bytes: impl Read, layout: &Layout) -> Result<Vec<Group>, String> {
-    let mut bytes = BufReader::new(bytes.take(LARGEST));
+    bounded(bytes, |bytes| segments(bytes, layout))
+}
+
+fn segments(mut bytes: &mut dyn Read, layout: &Layout) -> Result<Vec<Group>, String> {
     let mut objects = Objects::default();
     loop {
         let head = upto(&mut bytes, 28)?;
@@ -132,12 +139,6 @@ impl Reader<'_> {
         if kind == TEXT {
             return self.text().map(Property::Text);
         }
-        if kind == STAMP {
-            // Parts of a second in 2^-64, and seconds since 1904; in the other order where the most significant byte comes first.
-            let (one, other) = (self.long()?, self.long()?);
-            let (parts, seconds) = if self.is_big_endian { (other, one) } else { (one, other) };
-            return Ok(Property::Number(seconds as i64 as f64 + parts as f64 * 2_f64.powi(-64)));
-        }
         let size =
             size(kind).ok_or_else(|| format!("is damaged: a property is of type {kind:#x}"))?;
         let (own, rest) = self.bytes.split_at_checked(size).ok_or(CUT_OFF)?;
@@ -165,14 +166,17 @@ fn size(kind: u32) -> Option<usize> {
 
 /// Returns the number in bytes, NaN of a type that is none.
 fn value(kind: u32, bytes: &[u8], is_big_endian: bool) -> f64 {
-    let mut own = [0; 8];
-    let count = bytes.len().min(8);
+    let mut own = [0; 16];
+    let count = bytes.len().min(16);
     own[..count].copy_from_slice(&bytes[..count]);
     if is_big_endian {
         own[..count].reverse();
     }
-    let whole = u64::from_le_bytes(own);
+    let long = u128::from_le_bytes(own);
+    let whole = long as u64;
     match kind {
+        // Seconds since 1904 in 2^-64.
+        STAMP => (long >> 64) as i64 as f64 + whole as f64 * 2_f64.powi(-64),
         1 => f64::from(whole as i8),
         2 => f64::from(whole as i16),
         3 => f64::from(whole as i32),
@@ -256,6 +260,7 @@ impl Objects {
             for _ in 0..reader.whole()? {
                 let name = reader.text()?;
                 let value = reader.property()?;
+                object.keeps_instants(&name, &value)?;
                 object.properties.insert(name, value);
             }
         }
@@ -389,27 +394,38 @@ impl Objects {
                 }
             };
             let number = |key: &str| object.number(key);
-            let unit = match object
-                .properties
-                .get("unit_string")
-                .or_else(|| object.properties.get("NI_UnitDescription"))
-            {
-                Some(Property::Text(unit)) => unit.clone(),
-                _ => String::new(),
-            };
+            let units = ["unit_string", "NI_UnitDescription"].map(|key| object.properties.get(key));
+            let unit = units.into_iter().find_map(|own| match own {
+                Some(Property::Text(unit)) if !unit.is_empty() => Some(unit.clone()),
+                _ => None,
+            });
+            let unit = unit.unwrap_or_default();
             let period_s = number("wf_increment").filter(|own| *own > 0.0 && own.is_finite());
             let begins_s = number("wf_start_time")
                 .map(|own| own + number("wf_start_offset").unwrap_or_default());
-            groups[place].begins_s = groups[place].begins_s.or(begins_s);
             let values =
                 object.scaled().map_err(|message| format!("channel {name:?} {message}"))?;
-            groups[place].channels.push(Channel { name, unit, values, period_s });
+            groups[place].channels.push(Channel { name, unit, values, period_s, begins_s });
         }
         Ok(groups)
     }
 }
 
 impl Object {
+    /// Checks that a property does not give new instants to values that came: those before and behind a pause are two recordings.
+    fn keeps_instants(&self, key: &str, value: &Property) -> Result<(), String> {
+        let (Some(before), Property::Number(own)) = (self.number(key), value) else {
+            return Ok(());
+        };
+        if !INSTANTS.contains(&key) || self.values.is_empty() || before == *own {
+            return Ok(());
+        }
+        let (group, name) = self.name.clone().unwrap_or_default();
+        Err(format!(
+            "channel {name:?} of the group {group:?} has another {key} after its first values: write each recording into a group of its own"
+        ))
+    }
+
     fn number(&self, key: &str) -> Option<f64> {
         match self.properties.get(key) {
             Some(Property::Number(own)) => Some(*own),
@@ -423,7 +439,7 @@ impl Object {
         let count = self.number("NI_Number_Of_Scales").unwrap_or_default();
         let is_scaled = matches!(self.properties.get("NI_Scaling_Status"), Some(Property::Text(own)) if own == "scaled");
         // Those that stand scaled in the file need nothing.
-        if values.is_empty() || is_scaled || count < 1.0 || count > 100.0 {
+        if values.is_empty() || is_scaled || count < 1.0 {
             return Ok(values);
         }
         let raw = match &self.index {
@@ -432,7 +448,10 @@ impl Object {
         };
         // From the last scale back to the raw values.
         let (mut scale, mut laws) = (count - 1.0, Vec::new());
-        while scale != f64::from(u32::MAX) && Some(scale) != raw && laws.len() < 100 {
+        while scale != f64::from(u32::MAX) && Some(scale) != raw {
+            if laws.len() as f64 >= count || laws.len() > MOST_SCALES {
+                return Err("has scales that take each other's values in a circle, or more than 100: save it scaled".into());
+            }
             let key = |own: &str| format!("NI_Scale[{scale}]_{own}");
             let kind = match self.properties.get(&key("Scale_Type")) {
                 Some(Property::Text(kind)) => &**kind,
@@ -529,4 +548,79 @@ fn names(path: &str) -> Option<(String, String)> {
     let inner = path.strip_prefix("/'")?.strip_suffix('\'')?;
     let (group, channel) = inner.split_once("'/'")?;
     Some((group.replace("''", "'"), channel.replace("''", "'")))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn text(own: &str) -> Vec<u8> {
+        [&(own.len() as u32).to_le_bytes()[..], own.as_bytes()].concat()
+    }
+
+    /// A segment with three values of the channel `Fz` and these properties, numbers or texts.
+    fn segment(properties: &[(&str, Result<f64, &str>)]) -> Vec<u8> {
+        let mut own = [&1_u32.to_le_bytes()[..], &text("/'cut'/'Fz'")].concat();
+        own.extend([20_u32, 10, 1, 3, 0, properties.len() as u32].map(u32::to_le_bytes).concat());
+        for (name, value) in properties {
+            own.extend(text(name));
+            own.extend(match value {
+                Ok(own) => [&10_u32.to_le_bytes()[..], &own.to_le_bytes()].concat(),
+                Err(own) => [&TEXT.to_le_bytes()[..], &text(own)].concat(),
+            });
+        }
+        let values = [1.0, 2.0, 3.0].map(f64::to_le_bytes).concat();
+        let lengths = [own.len() + values.len(), own.len()].map(|own| (own as u64).to_le_bytes());
+        let contents = (METADATA | NEW_LIST | RAW_DATA).to_le_bytes();
+        let lead = [b"TDSm", &contents[..], &4713_u32.to_le_bytes(), &lengths.concat()].concat();
+        [lead, own, values].concat()
+    }
+
+    fn channel(segments: &[Vec<u8>]) -> Result<Channel, String> {
+        let axes = ["", "", "Fz", "", "", ""].map(str::to_owned);
+        let layout = Layout { axes, joints: Vec::new(), rate_hz: None, base: None, topics: None };
+        read(&*segments.concat(), &layout).map(|mut own| own.remove(0).channels.remove(0))
+    }
+
+    #[test]
+    fn recordings_are_not_joined() {
+        let of = |start_s: f64, period_s: f64| {
+            segment(&[("wf_start_time", Ok(start_s)), ("wf_increment", Ok(period_s))])
+        };
+        let own = channel(&[of(10.0, 1e-3), of(10.0, 1e-3), segment(&[])]).unwrap();
+        assert_eq!((own.values.len(), own.begins_s, own.period_s), (9, Some(10.0), Some(1e-3)));
+        for (other, key) in [(of(60.0, 1e-3), "wf_start_time"), (of(10.0, 2e-3), "wf_increment")] {
+            let error = channel(&[of(10.0, 1e-3), other]).unwrap_err();
+            let expected = format!(
+                "channel \"Fz\" of the group \"cut\" has another {key} after its first values: write each recording into a group of its own"
+            );
+            assert_eq!(error, expected);
+        }
+    }
+
+    #[test]
+    fn scales_end_and_units_are_found() {
+        let of = |source: f64| {
+            channel(&[segment(&[
+                ("unit_string", Err("")),
+                ("NI_UnitDescription", Err("kN")),
+                ("NI_Number_Of_Scales", Ok(1.0)),
+                ("NI_Scale[0]_Scale_Type", Err("Linear")),
+                ("NI_Scale[0]_Linear_Slope", Ok(2.0)),
+                ("NI_Scale[0]_Linear_Y_Intercept", Ok(1.0)),
+                ("NI_Scale[0]_Linear_Input_Source", Ok(source)),
+            ])])
+        };
+        let own = of(u32::MAX.into()).unwrap();
+        assert_eq!((&*own.unit, own.values), ("kN", vec![3.0, 5.0, 7.0]));
+        assert!(of(0.0).unwrap_err().contains("in a circle"));
+    }
+
+    #[test]
+    fn stamps_are_times() {
+        let half = [&(1_u64 << 63).to_le_bytes()[..], &7_u64.to_le_bytes()].concat();
+        assert_eq!(value(STAMP, &half, false), 7.5);
+        let half: Vec<u8> = half.into_iter().rev().collect();
+        assert_eq!(value(STAMP, &half, true), 7.5);
+    }
 }
