@@ -7,7 +7,9 @@ use flexid_console::exit::BadArgument;
 use flexid_console::output::{self, Output};
 use flexid_edge::console::{complain, print};
 use flexid_pipeline::input::{self, BadInput};
+use flexid_pipeline::model::{Model, ModelError};
 use flexid_pipeline::text::count;
+use nalgebra::Isometry3;
 
 use crate::dh::{self, Convention};
 use crate::urdf::{self, Base, Masses, UrdfError};
@@ -22,7 +24,7 @@ pub(super) enum Command {
 const AFTER_HELP: &str = "Examples:
   $ flexid model import mill3.urdf --tcp tcp -o mill3-model.toml
   $ flexid model import mill3.urdf --tcp tcp --pedestal -o mill3-model.toml
-  $ flexid model import kr210.urdf --tcp tool0 --total-mass 1077 --payload 40 -o kr210-model.toml
+  $ flexid model import kr210.urdf --tcp tip --total-mass 1077 --payload 40 -o kr210-model.toml
   $ flexid model import kr6.csv --dh modified --total-mass 235 -o kr6-model.toml";
 
 #[derive(Debug, clap::Args)]
@@ -70,7 +72,9 @@ pub(super) fn run(Command::Import(args): &Command) -> Result<()> {
         folder: Some(file.parent().unwrap_or(Path::new(""))),
         payload_kg: args.payload,
     };
+    let is_xml = text.trim_start_matches('\u{feff}').trim_start().starts_with('<');
     let import = || match (args.dh, &args.tcp) {
+        (Some(_), _) if is_xml => Err(BadInput::new(file, "is a URDF: leave --dh out")),
         (Some(convention), tcp) => {
             let name = file.file_stem().unwrap_or_default().to_string_lossy();
             dh::import(&text, &name, convention, tcp.as_deref(), base, &masses)
@@ -110,12 +114,28 @@ pub(super) fn run(Command::Import(args): &Command) -> Result<()> {
             100.0 * own.link_mass, 100.0 * own.link_inertia, own.centre_of_mass_m
         )
     });
+    // A table read by the wrong convention has its tip elsewhere.
+    let place = match args.dh {
+        Some(_) => {
+            let [x, y, z] = place_at_zero(&model)?.map(|own| (1e3 * own).round() / 1e3 + 0.0);
+            format!(" at x {x:.3}, y {y:.3}, z {z:.3} m with all joints at 0")
+        }
+        None => String::new(),
+    };
     Ok(print(&format!(
-        "{}: {} with {}{} and {mass:.1} kg of moving mass, tool at '{}'{guessed}\n",
+        "{}: {} with {}{} and {mass:.1} kg of moving mass, tool at '{}'{place}{guessed}\n",
         output.display(),
         model.name,
         count(model.driven().count() as u64, "joint"),
         if args.pedestal { " on a pedestal" } else { "" },
         model.tcp.name
     ))?)
+}
+
+/// Place of the TCP in the base with all joints at 0, m.
+fn place_at_zero(model: &Model) -> Result<[f64; 3], ModelError> {
+    let chain = model.chain()?;
+    let frames = chain.joints().iter().map(|joint| joint.frame(0.0));
+    let last = frames.fold(Isometry3::identity(), |all, own| all * own);
+    Ok((last * chain.tcp()).translation.vector.into())
 }

@@ -79,6 +79,8 @@ const COLUMNS: [(&str, Quantity); 18] = [
     ("ixz", Inertia),
     ("iyz", Inertia),
 ];
+/// Those of the body beside its mass.
+const BODY: [&str; 9] = ["cx", "cy", "cz", "ixx", "iyy", "izz", "ixy", "ixz", "iyz"];
 /// Units and their SI values. Those of inertias have a letter more than they seem: what is no letter, digit or degree is left out.
 const UNITS: [(Quantity, &str, f64); 10] = [
     (Angle, "rad", 1.0),
@@ -100,6 +102,8 @@ const LONGEST: f64 = 50.0;
 struct Column {
     name: &'static str,
     quantity: Quantity,
+    /// What its unit measures, if it has one.
+    unit: Option<Quantity>,
     scale: f64,
 }
 
@@ -238,14 +242,14 @@ impl Column {
             .filter(|own| own.is_alphanumeric() || *own == '°')
             .collect();
         if unit.is_empty() || quantity == Word {
-            return Ok(Self { name, quantity, scale: 1.0 });
+            return Ok(Self { name, quantity, unit: None, scale: 1.0 });
         }
         let fits =
             |own: Quantity| own == quantity || quantity == Stroke && matches!(own, Angle | Length);
         let mut units = UNITS.iter().filter(|(own, ..)| fits(*own));
         let known: Vec<&str> = units.clone().map(|(_, own, _)| *own).collect();
         match units.find(|(_, own, _)| *own == unit) {
-            Some(&(_, _, scale)) => Ok(Self { name, quantity, scale }),
+            Some(&(own, _, scale)) => Ok(Self { name, quantity, unit: Some(own), scale }),
             None => Err(format!(
                 "column {heading:?} has the unit {unit}: must be one of {}",
                 known.join(", ")
@@ -283,13 +287,37 @@ impl Row {
             else {
                 return Ok(None);
             };
-            let number = number(text).filter(|own| own.is_finite());
-            let own = number.ok_or_else(|| {
+            let value = Value::new(text)
+                .filter(|own| own.of_pi.is_none() || matches!(column.quantity, Angle | Stroke));
+            let Value { number, of_pi, has_variable } = value.ok_or_else(|| {
                 bad(format!("{name} is {text:?}: must be a number, as -90, pi/2 or q2-90"))
             })?;
-            // A part of π is in rad.
-            let is_part = column.quantity == Angle && text.to_lowercase().contains(['π', 'p']);
-            let own = if is_part { own } else { column.scale * own };
+            let of_joint = match kind {
+                Kind::Revolute => "theta",
+                Kind::Prismatic => "d",
+                Kind::Fixed => "",
+            };
+            if has_variable && name != of_joint {
+                return Err(bad(format!(
+                    "{name} is {text:?}: a joint's variable stands in theta where type is revolute, in d where it is prismatic: put a number here"
+                )));
+            }
+            let other = match kind {
+                Kind::Revolute => Some(Length),
+                Kind::Prismatic => Some(Angle),
+                Kind::Fixed => None,
+            };
+            if column.quantity == Stroke && column.unit.is_some() && column.unit == other {
+                let (motion, unit) = if kind == Kind::Revolute {
+                    ("turns", "an angle")
+                } else {
+                    ("slides", "a length")
+                };
+                return Err(bad(format!(
+                    "{motion}, and the unit of {name} is not that of {unit}: head the column {name} without a unit, and give rad and m"
+                )));
+            }
+            let own = column.scale * number + of_pi.unwrap_or_default();
             let (most, unit, mend) = match column.quantity {
                 Angle => (TAU, "rad", "deg"),
                 Length => (LONGEST, "m", "mm"),
@@ -308,7 +336,17 @@ impl Row {
             (None, None) => None,
             _ => return Err(bad("has one limit: give lower and upper, or neither".to_owned())),
         };
-        let body = match given("mass")? {
+        let mass = given("mass")?;
+        for name in BODY {
+            // A row without a body may have zeros.
+            let is_lost = |own: f64| mass.is_none() || mass == Some(0.0) && own != 0.0;
+            if given(name)?.is_some_and(is_lost) {
+                return Err(bad(format!(
+                    "has {name} without a mass: give it, or leave {name} out"
+                )));
+            }
+        }
+        let body = match mass {
             Some(mass) if mass < 0.0 => {
                 return Err(bad(format!("mass is {mass} kg: must be positive")));
             }
@@ -320,7 +358,12 @@ impl Row {
                         "has a mass without ixx, iyy, izz [kg m2] about its centre: give them, or leave masses out and add --total-mass KG".to_owned(),
                     ));
                 };
-                let centre = [parameter("cx")?, parameter("cy")?, parameter("cz")?];
+                let (Some(x), Some(y), Some(z)) = (given("cx")?, given("cy")?, given("cz")?) else {
+                    return Err(bad(
+                        "has a mass without cx, cy, cz, its centre in the frame of the row: give all three".to_owned(),
+                    ));
+                };
+                let centre = [x, y, z];
                 let inertia = [xx, yy, zz, parameter("ixy")?, parameter("ixz")?, parameter("iyz")?];
                 Some(RowBody { mass, centre, inertia })
             }
@@ -339,38 +382,67 @@ impl Row {
     }
 }
 
-/// A number, a part of π as `-pi/2` or `3*pi/4`, or the constant beside a joint's variable as in `q2 - 90`.
-fn number(text: &str) -> Option<f64> {
-    let text: String = text
-        .chars()
-        .filter(|own| !own.is_whitespace())
-        .collect::<String>()
-        .replace('π', "pi")
-        .to_lowercase();
-    if let Ok(own) = text.parse() {
-        return Some(own);
+/// What a cell says: the sum of its terms, and the variable of the joint beside them.
+#[derive(Clone, Copy, Default)]
+struct Value {
+    /// In the unit of the column.
+    number: f64,
+    /// Terms with π, rad.
+    of_pi: Option<f64>,
+    has_variable: bool,
+}
+
+/// Names of a joint's variable, which may be numbered.
+const VARIABLES: [&str; 4] = ["theta", "θ", "q", "d"];
+
+impl Value {
+    /// The value of a sum of numbers, parts of π as `3*pi/4`, and at most one variable, as in `q2 - 90` and `q1+pi/2`.
+    fn new(text: &str) -> Option<Self> {
+        let all = text.chars().filter(|own| !own.is_whitespace());
+        let text = all.collect::<String>().replace('π', "pi").to_lowercase();
+        let mut value = Self::default();
+        let mut rest = text.as_str();
+        while !rest.is_empty() {
+            let (term, after) = rest.split_at(end_of_term(rest));
+            rest = after;
+            let (sign, own) = match term.strip_prefix('-') {
+                Some(own) => (-1.0, own),
+                None => (1.0, term.strip_prefix('+').unwrap_or(term)),
+            };
+            if let Some((before, after)) = own.split_once("pi") {
+                let factor = match before.strip_suffix('*').unwrap_or(before) {
+                    "" => 1.0,
+                    own => own.parse().ok()?,
+                };
+                let divisor: f64 = match after.strip_prefix('/') {
+                    Some(own) => own.parse().ok()?,
+                    None if after.is_empty() => 1.0,
+                    None => return None,
+                };
+                *value.of_pi.get_or_insert_default() += sign * factor * PI / divisor;
+            } else if let Some(own) = VARIABLES.iter().find_map(|name| own.strip_prefix(name)) {
+                let is_number = own.trim_start_matches('_').chars().all(|own| own.is_ascii_digit());
+                if value.has_variable || sign < 0.0 || !is_number {
+                    return None;
+                }
+                value.has_variable = true;
+            } else {
+                value.number += sign * own.parse::<f64>().ok()?;
+            }
+        }
+        let is_finite = (value.number + value.of_pi.unwrap_or_default()).is_finite();
+        (!text.is_empty() && is_finite).then_some(value)
     }
-    if let Some((before, after)) = text.split_once("pi") {
-        let factor = match before.trim_end_matches('*') {
-            "" | "+" => 1.0,
-            "-" => -1.0,
-            own => own.parse().ok()?,
-        };
-        let divisor: f64 = match after.strip_prefix('/') {
-            Some(own) => own.parse().ok()?,
-            None if after.is_empty() => 1.0,
-            None => return None,
-        };
-        return Some(factor * PI / divisor);
-    }
-    let rest = ["theta", "θ", "q", "d"].iter().find_map(|own| text.strip_prefix(own))?;
-    let rest = rest
-        .trim_start_matches('_')
-        .trim_start_matches(|own: char| own.is_ascii_digit())
-        .trim_start_matches('*');
-    match rest {
-        "" => Some(0.0),
-        own if own.starts_with(['+', '-']) => own.parse().ok(),
-        _ => None,
-    }
+}
+
+/// The end of the first term of a sum: the next sign that is not that of a power of ten.
+fn end_of_term(text: &str) -> usize {
+    let before = |at: usize| text.get(..at).unwrap_or_default();
+    let is_power = |at: usize| {
+        before(at)
+            .strip_suffix('e')
+            .is_some_and(|own| own.ends_with(|own: char| own.is_ascii_digit() || own == '.'))
+    };
+    let mut signs = text.char_indices().skip(1).filter(|(_, own)| ['+', '-'].contains(own));
+    signs.find(|(at, _)| !is_power(*at)).map_or(text.len(), |(at, _)| at)
 }

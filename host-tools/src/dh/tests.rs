@@ -1,5 +1,6 @@
 //! Tables of two published robots against their URDF files, which other people wrote.
 
+use std::f64::consts::FRAC_PI_2;
 use std::path::Path;
 
 use flexid_pipeline::model::{Model, ModelJoint};
@@ -55,11 +56,11 @@ fn body(joint: &ModelJoint, at: &Isometry3<f64>) -> (Vector3<f64>, Matrix3<f64>)
 fn with_masses(table: &str) -> String {
     let row = |(line, text): (usize, &str)| {
         let masses = if line == 0 {
-            ";mass;ixx;iyy;izz"
+            ";mass;cx;cy;cz;ixx;iyy;izz"
         } else if text.contains("fixed") {
-            ";;;;"
+            ";;;;;;;"
         } else {
-            ";1;1;1;1"
+            ";1;0;0;0;1;1;1"
         };
         format!("{text}{masses}\n")
     };
@@ -140,7 +141,7 @@ proptest! {
         }
         let ur = urdf::import(UR10E, "tool0", Base::Rigid).unwrap().model;
         let truth = poses(&ur, &angles);
-        let mass = "[[joint]]\nmass = 1\nixx = 1\niyy = 1\nizz = 1\nd";
+        let mass = "[[joint]]\nmass = 1\ncx = 0\ncy = 0\ncz = 0\nixx = 1\niyy = 1\nizz = 1\nd";
         for (convention, table) in [
             (Convention::Standard, with_masses(UR_STANDARD)),
             (Convention::Modified, UR_MODIFIED.replace("[[joint]]\nd", mass)),
@@ -156,11 +157,11 @@ proptest! {
 /// A slide, a tool with a mass, a total for the rest.
 #[test]
 fn a_total_is_spread_and_a_tool_keeps_its_mass() {
-    let table = "i,type,theta [deg],d [mm],a [mm],alpha [deg],lower,upper,mass [kg],cz [mm],ixx,iyy,izz\n\
-                 1,P,90,d1,0,90,0,2,,,,,\n\
-                 2,,q2-90,0,500,0,-1,1,,,,,\n\
-                 3,,q3,0,0,-90,-1,1,,,,,\n\
-                 tool,fixed,0,300,100,0,,,12,-150,0.1,0.1,0.05\n";
+    let table = "i,type,theta [deg],d [mm],a [mm],alpha [deg],lower,upper,mass [kg],cx,cy,cz [mm],ixx,iyy,izz\n\
+                 1,P,90,d1,0,90,0,2,,,,,,,\n\
+                 2,,q2-90,0,500,0,-1,1,,,,,,,\n\
+                 3,,q3,0,0,-90,-1,1,,,,,,,\n\
+                 tool,fixed,0,300,100,0,,,12,0,0,-150,0.1,0.1,0.05\n";
     let masses = Masses {
         total: Some((120.0, "--total-mass")),
         folder: Some(Path::new("")),
@@ -187,6 +188,49 @@ fn a_total_is_spread_and_a_tool_keeps_its_mass() {
         (Vector3::from(model.joints[2].centre_of_mass_m) - Vector3::new(0.1, 0.15, 0.0)).norm()
             < 1e-9
     );
+}
+
+/// Constants beside a joint's variable, in deg and as parts of π.
+#[test]
+fn a_variable_may_have_a_constant() {
+    for (theta, turned) in [
+        ("q1", 0.0),
+        ("q1+pi/2", FRAC_PI_2),
+        ("q1 - π/2", -FRAC_PI_2),
+        ("pi/2+theta_1", FRAC_PI_2),
+        ("θ1 - 90", -FRAC_PI_2),
+        ("q1-9e+1", -FRAC_PI_2),
+        ("-1.8e-4 + q + 1.8e-4", 0.0),
+        ("-3*pi/4", -1.5 * FRAC_PI_2),
+        ("90", FRAC_PI_2),
+    ] {
+        let body = "mass,cx,cy,cz,ixx,iyy,izz\n";
+        let table = format!("theta [deg],d,a,alpha,{body}{theta},0.5,1,0,1,0,0,0,1,1,1\n");
+        let tip = imported(&table, Convention::Standard).unwrap().tcp.xyz_m;
+        let wanted = Vector3::new(turned.cos(), turned.sin(), 0.5);
+        assert!((Vector3::from(tip) - wanted).norm() < 1e-9, "{theta}: {tip:?}");
+    }
+}
+
+/// A mass of the last joint's own row is the robot's, not its tool's.
+#[test]
+fn the_last_link_is_no_tool() {
+    let table = "theta,d,a,alpha,mass,cx,cy,cz,ixx,iyy,izz\n\
+                 q1,1,0,0,,,,,,,\n\
+                 q2,0,1,0,40,0,0,0,1,1,1\n";
+    let of = |kg: f64| {
+        let masses = Masses {
+            total: Some((kg, "--total-mass")),
+            folder: Some(Path::new("")),
+            payload_kg: 0.0,
+        };
+        let imported = import(table, "r", Convention::Modified, None, Base::Rigid, &masses);
+        imported.map(|own| own.model.joints.iter().map(|joint| joint.mass_kg).sum::<f64>())
+    };
+    // A sixth is the base's.
+    assert!((of(240.0).unwrap() - 200.0).abs() < 1e-6);
+    let error = of(40.0).unwrap_err().message;
+    assert!(error.starts_with("--total-mass 40: the links with a mass have 40.0 kg"), "{error}");
 }
 
 #[test]
@@ -230,6 +274,39 @@ fn mistakes_name_the_line_and_the_mend() {
             "mass is -5 kg: must be positive",
         ),
         ("joint,theta,d,a,alpha,lower\n1,0,0,0,0,-5\n".into(), Some(2), "has one limit"),
+        (
+            format!("{head}A1,q1,0,q2,0\n"),
+            Some(2),
+            "a is \"q2\": a joint's variable stands in theta",
+        ),
+        (
+            format!("{head}A1,q1,d1,0,0\n"),
+            Some(2),
+            "d is \"d1\": a joint's variable stands in theta",
+        ),
+        (format!("{head}A1,pi/2-q1,0,0,0\n"), Some(2), "theta is \"pi/2-q1\": must be a number"),
+        (format!("{head}A1,0,pi,0,0\n"), Some(2), "d is \"pi\": must be a number"),
+        (
+            "joint,type,theta,d,a,alpha\nA1,P,q1,0,0,0\n".into(),
+            Some(2),
+            "theta is \"q1\": a joint's variable stands in theta where type is revolute, in d",
+        ),
+        (
+            "joint,theta,d,a,alpha,mass,ixx,iyy,izz,cx\n1,0,0,0,0,5,1,1,1,0\n".into(),
+            Some(2),
+            "has a mass without cx, cy, cz",
+        ),
+        ("joint,theta,d,a,alpha,cx\n1,0,0,0,0,0.1\n".into(), Some(2), "has cx without a mass"),
+        (
+            "type,d,a,alpha,lower [deg],upper [deg]\nP,0,0,0,0,1\n".into(),
+            Some(2),
+            "slides, and the unit of lower is not that of a length: head the column lower without",
+        ),
+        (
+            "d,a,alpha,lower [mm],upper [mm]\n0,0,0,0,1\n".into(),
+            Some(2),
+            "turns, and the unit of lower is not that of an angle",
+        ),
         (
             "joint,type,d,a,alpha\n1,ball,0,0,0\n".into(),
             Some(2),

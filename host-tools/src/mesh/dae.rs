@@ -3,15 +3,16 @@
 //! The axis that points up is not looked at, as by rviz and other readers of URDF.
 
 use std::collections::HashMap;
+use std::rc::Rc;
 
 use nalgebra::{Matrix4, Rotation3, Unit, Vector3};
-use roxmltree::{Document, Node, ParsingOptions};
+use roxmltree::{Document, Node, NodeId, ParsingOptions};
 
 use super::{MeshError, Point, Triangle};
 
-/// Largest number of nodes and of triangles: a hundred times those of a link. A few lines of XML may ask for any number.
+/// Largest number of nodes and instances, and of triangles: a hundred and ten times those of a link. A few lines of XML may ask for any number.
 const MOST_NODES: usize = 10_000;
-const MOST_TRIANGLES: usize = 10_000_000;
+const MOST_TRIANGLES: usize = 1_000_000;
 
 /// Reads the triangles, m.
 pub(super) fn read(text: &[u8]) -> Result<Vec<Triangle>, MeshError> {
@@ -24,7 +25,8 @@ pub(super) fn read(text: &[u8]) -> Result<Vec<Triangle>, MeshError> {
         return Err(MeshError::OtherFile);
     }
     let with_id = root.descendants().filter_map(|node| Some((node.attribute("id")?, node)));
-    let file = File { by_id: with_id.collect() };
+    let mut file =
+        File { by_id: with_id.collect(), positions: HashMap::new(), geometries: HashMap::new() };
     let unit = child(root, "asset").and_then(|asset| child(asset, "unit"));
     let metre = match unit.and_then(|unit| unit.attribute("meter")) {
         Some(text) => {
@@ -74,6 +76,9 @@ fn numbers<T: std::str::FromStr>(node: Node) -> Result<Vec<T>, MeshError> {
 
 struct File<'a, 'i> {
     by_id: HashMap<&'a str, Node<'a, 'i>>,
+    /// The numbers of the arrays that are read, and the triangles of the geometries, in the unit of the file.
+    positions: HashMap<NodeId, Rc<[f64]>>,
+    geometries: HashMap<NodeId, Rc<[Triangle]>>,
 }
 
 impl<'a, 'i> File<'a, 'i> {
@@ -91,7 +96,7 @@ impl<'a, 'i> File<'a, 'i> {
 
     /// Adds the triangles of a scene.
     fn of_scene(
-        &self,
+        &mut self,
         scene: Node<'a, 'i>,
         unit: Matrix4<f64>,
         into: &mut Vec<Triangle>,
@@ -100,17 +105,25 @@ impl<'a, 'i> File<'a, 'i> {
         let mut visited = 0;
         while let Some((node, above)) = open.pop() {
             visited += 1;
-            if visited > MOST_NODES {
-                return Err(fault("its nodes are too many, or hold one another"));
-            }
             let mut pose = above;
             for part in node.children().filter(Node::is_element) {
+                if visited + open.len() > MOST_NODES {
+                    return Err(fault("its nodes are too many, or hold one another"));
+                }
                 match part.tag_name().name() {
                     // A node's own come before what it holds.
                     "matrix" | "translate" | "rotate" | "scale" => pose *= transform(part)?,
                     "node" => open.push((part, pose)),
                     "instance_node" => open.push((self.at(part, "url")?, pose)),
-                    "instance_geometry" => self.of_geometry(self.at(part, "url")?, &pose, into)?,
+                    "instance_geometry" => {
+                        visited += 1;
+                        self.of_geometry(self.at(part, "url")?, &pose, into)?;
+                    }
+                    other @ ("lookat" | "skew") => {
+                        return Err(fault(&format!(
+                            "has <{other}>: export it with <matrix>, or as STL"
+                        )));
+                    }
                     _ => {}
                 }
             }
@@ -120,12 +133,28 @@ impl<'a, 'i> File<'a, 'i> {
 
     /// Adds the triangles of a geometry.
     fn of_geometry(
-        &self,
+        &mut self,
         geometry: Node<'a, 'i>,
         pose: &Matrix4<f64>,
         into: &mut Vec<Triangle>,
     ) -> Result<(), MeshError> {
-        let Some(mesh) = child(geometry, "mesh") else { return Ok(()) };
+        let own = match self.geometries.get(&geometry.id()) {
+            Some(own) => own.clone(),
+            None => {
+                let own: Rc<[Triangle]> = self.triangles(geometry)?.into();
+                self.geometries.insert(geometry.id(), own.clone());
+                own
+            }
+        };
+        let place = |own: Point| pose.transform_point(&own.into()).coords;
+        into.extend(own.iter().map(|corners| corners.map(place)));
+        is_few(into)
+    }
+
+    /// The triangles of a geometry, in the unit of the file.
+    fn triangles(&mut self, geometry: Node<'a, 'i>) -> Result<Vec<Triangle>, MeshError> {
+        let mut into = Vec::new();
+        let Some(mesh) = child(geometry, "mesh") else { return Ok(into) };
         for part in mesh.children().filter(Node::is_element) {
             let kind = part.tag_name().name();
             if !["triangles", "polylist", "polygons", "trifans", "tristrips"].contains(&kind) {
@@ -134,9 +163,15 @@ impl<'a, 'i> File<'a, 'i> {
             if ["trifans", "tristrips"].contains(&kind) {
                 return Err(fault(&format!("has <{kind}>: export it with triangles, or as STL")));
             }
-            let corners = self.corners(part, pose)?;
+            let corners = self.corners(part)?;
             let polygons: Vec<usize> = match kind {
-                "polylist" => child(part, "vcount").map(numbers).transpose()?.unwrap_or_default(),
+                "polylist" => {
+                    let count = child(part, "vcount");
+                    numbers(
+                        count
+                            .ok_or_else(|| fault("<polylist> has no <vcount>: export it again"))?,
+                    )?
+                }
                 "triangles" => vec![3; corners.iter().map(Vec::len).sum::<usize>() / 3],
                 _ => corners.iter().map(Vec::len).collect(),
             };
@@ -152,19 +187,13 @@ impl<'a, 'i> File<'a, 'i> {
                 let [first, others @ ..] = own.as_slice() else { continue };
                 into.extend(others.windows(2).map(|pair| [*first, pair[0], pair[1]]));
             }
-            if into.len() > MOST_TRIANGLES {
-                return Err(fault("has more than ten million triangles: name a simpler mesh"));
-            }
+            is_few(&into)?;
         }
-        Ok(())
+        Ok(into)
     }
 
-    /// The corners of each `<p>` of a primitive, m.
-    fn corners(
-        &self,
-        part: Node<'a, 'i>,
-        pose: &Matrix4<f64>,
-    ) -> Result<Vec<Vec<Point>>, MeshError> {
+    /// The corners of each `<p>` of a primitive, in the unit of the file.
+    fn corners(&mut self, part: Node<'a, 'i>) -> Result<Vec<Vec<Point>>, MeshError> {
         let inputs = || part.children().filter(|own| is(*own, "input"));
         let offset = |input: Node| input.attribute("offset").unwrap_or("0").trim().parse::<usize>();
         let offsets: Result<Vec<usize>, _> = inputs().map(offset).collect();
@@ -181,7 +210,14 @@ impl<'a, 'i> File<'a, 'i> {
             self.at(position.ok_or_else(|| fault("<vertices> has no POSITION"))?, "source")?;
         let array =
             child(source, "float_array").ok_or_else(|| fault("<source> has no <float_array>"))?;
-        let positions: Vec<f64> = numbers(array)?;
+        let positions = match self.positions.get(&array.id()) {
+            Some(own) => own.clone(),
+            None => {
+                let own: Rc<[f64]> = numbers(array)?.into();
+                self.positions.insert(array.id(), own.clone());
+                own
+            }
+        };
         let place = |index: &usize| {
             let own = index.checked_mul(3).and_then(|at| positions.get(at..at.checked_add(3)?));
             let own = own.ok_or_else(|| {
@@ -190,7 +226,7 @@ impl<'a, 'i> File<'a, 'i> {
                     positions.len() / 3
                 ))
             })?;
-            Ok(pose.transform_point(&nalgebra::Point3::from_slice(own)).coords)
+            Ok(Point::from_column_slice(own))
         };
         let of = |p: Node| {
             let indices: Vec<usize> = numbers(p)?;
@@ -198,6 +234,14 @@ impl<'a, 'i> File<'a, 'i> {
         };
         part.children().filter(|own| is(*own, "p")).map(of).collect()
     }
+}
+
+/// Refuses more triangles than a mesh may have.
+fn is_few(triangles: &[Triangle]) -> Result<(), MeshError> {
+    if triangles.len() > MOST_TRIANGLES {
+        return Err(fault("has more than a million triangles: name a simpler mesh"));
+    }
+    Ok(())
 }
 
 /// The transformation of a `<matrix>`, `<translate>`, `<rotate>` (axis, degrees) or `<scale>`.
@@ -282,6 +326,8 @@ mod tests {
             ("<instance_geometry url=\"#g\"/>", "<instance_node url=\"#n\"/>", "hold one another"),
             ("<translate>10 0 0", "<translate>10 0", "<translate> has 2 numbers"),
             ("meter=\"0.001\"", "meter=\"mm\"", "<unit> has meter=\"mm\""),
+            ("<vcount>4 4</vcount>", "", "<polylist> has no <vcount>: export it again"),
+            ("<translate>10 0 0</translate>", "<lookat>1 0 0</lookat>", "has <lookat>: export it"),
             ("</COLLADA>", "", "is no COLLADA file that can be read: "),
         ] {
             assert!(BOX.contains(from), "{from}");
@@ -293,5 +339,23 @@ mod tests {
             }
         }
         assert_eq!(read(b"<robot name=\"r\"/>"), Err(MeshError::OtherFile));
+    }
+
+    /// A node that holds itself ten thousand times asks for a hundred million places, and one with as many instances for as many meshes.
+    #[test]
+    fn what_asks_for_too_much_is_refused() {
+        let own = "<instance_geometry url=\"#g\"/>";
+        for (many, says) in [
+            ("<instance_node url=\"#n\"/>".repeat(10_001), "its nodes are too many"),
+            (own.repeat(10_001), "its nodes are too many"),
+        ] {
+            let error = read(BOX.replace(own, &many).as_bytes()).unwrap_err().to_string();
+            assert!(error.contains(says), "{error}");
+        }
+        let more = "<p>0 1 5 0 5 4 2 6 7 2 7 3".to_owned() + &" 0 1 5".repeat(999);
+        let text =
+            BOX.replace("<p>0 1 5 0 5 4 2 6 7 2 7 3", &more).replace(own, &own.repeat(1_100));
+        let error = read(text.as_bytes()).unwrap_err().to_string();
+        assert!(error.contains("more than a million triangles"), "{error}");
     }
 }

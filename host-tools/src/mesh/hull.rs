@@ -21,8 +21,15 @@ struct Face {
     outside: Vec<usize>,
 }
 
-/// The triangles of the convex hull of points, or `None` if they lie in one plane.
-pub(super) fn hull(points: &[Point]) -> Option<Vec<Triangle>> {
+/// The convex hull of points.
+pub(super) struct Hull {
+    pub(super) triangles: Vec<Triangle>,
+    /// False if points are left outside, as the hull has too many faces.
+    pub(super) is_complete: bool,
+}
+
+/// The convex hull of points, or `None` if they lie in one plane.
+pub(super) fn hull(points: &[Point]) -> Option<Hull> {
     let points = joggled(points);
     let point = |index: usize| points[index];
     let first = tetrahedron(&points)?;
@@ -50,7 +57,8 @@ pub(super) fn hull(points: &[Point]) -> Option<Vec<Triangle>> {
         let open = seen.into_iter().flat_map(|face| face.outside).filter(|own| *own != apex);
         assign(&mut faces, fresh, open, &points);
     }
-    Some(faces.iter().map(|face| face.corners.map(point)).collect())
+    let triangles = faces.iter().map(|face| face.corners.map(point)).collect();
+    Some(Hull { triangles, is_complete: faces.iter().all(|face| face.outside.is_empty()) })
 }
 
 impl Face {
@@ -144,7 +152,8 @@ mod tests {
 
     /// Largest height of a point over a face, and volume of the hull by tetrahedra from any point.
     fn checked(points: &[Point]) -> (f64, f64) {
-        let hull = hull(points).unwrap();
+        let Hull { triangles: hull, is_complete } = hull(points).unwrap();
+        assert!(is_complete);
         let mut volume = 0.0;
         let mut most = f64::NEG_INFINITY;
         for [a, b, c] in &hull {
@@ -217,7 +226,9 @@ mod tests {
             Point::new((1.0 - z * z).sqrt() * cos, (1.0 - z * z).sqrt() * sin, z)
         };
         let points: Vec<Point> = (0..count).map(of).collect();
-        let ball = Solid::new(&hull(&points).unwrap()).unwrap();
+        let hull = hull(&points).unwrap();
+        assert!(!hull.is_complete);
+        let ball = Solid::new(&hull.triangles).unwrap();
         let exact = 4.0 / 3.0 * std::f64::consts::PI;
         assert!((ball.volume / exact - 1.0).abs() < 7e-3, "{}", ball.volume);
     }

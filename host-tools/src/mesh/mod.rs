@@ -5,10 +5,12 @@
 //! | `stl`     | triangles of an STL file, in text or binary                |
 //! | `dae`     | triangles of a COLLADA file                                |
 //! | `hull`    | the convex hull of points                                  |
+//! | `parts`   | the shells of a closed mesh, all turned outwards           |
 //! | `solid`   | the body within triangles, and how far they are closed     |
 
 mod dae;
 mod hull;
+mod parts;
 mod solid;
 mod stl;
 

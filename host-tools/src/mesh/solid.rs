@@ -5,6 +5,7 @@ use std::collections::HashMap;
 use nalgebra::Matrix3;
 
 use super::hull::{extent, hull};
+use super::parts::outwards;
 use super::{MeshError, Point, Triangle};
 
 /// Part of the extent within which corners are one. Chosen: a hundred times the rounding of single precision.
@@ -68,29 +69,32 @@ impl Solid {
         let key = |own: &Point| [own.x, own.y, own.z].map(f64::to_bits);
         corners.sort_unstable_by_key(key);
         corners.dedup_by_key(|own| key(own));
-        let around = hull(&corners).and_then(|hull| Self::new(&hull)).ok_or(MeshError::Flat)?;
+        let hull = hull(&corners).ok_or(MeshError::Flat)?;
+        let around = Self::new(&hull.triangles).ok_or(MeshError::Flat)?;
         if !is_closed(triangles) {
             return Ok((around, Outline::Open));
         }
-        match Self::new(triangles) {
-            // The hull is moved by a millionth.
-            Some(own) if own.volume < around.volume * (1.0 + WELD) => Ok((own, Outline::Closed)),
-            Some(_) => Ok((around, Outline::Nested)),
-            None => Err(MeshError::Flat),
-        }
+        // The hull is moved by a millionth. One that leaves points out has no volume to compare with.
+        let fits = |own: &Self| !hull.is_complete || own.volume < around.volume * (1.0 + WELD);
+        let own = outwards(triangles).and_then(|all| Self::new(&all)).filter(fits);
+        Ok(own.map_or((around, Outline::Nested), |own| (own, Outline::Closed)))
     }
+}
+
+/// The cell of a corner. Corners that lie together share one.
+pub(super) fn cells(triangles: &[Triangle]) -> impl Fn(&Point) -> [i64; 3] + use<> {
+    let (lower, upper) = extent(triangles.iter().flatten());
+    let step = WELD * (upper - lower).norm();
+    move |own: &Point| ((own - lower) / step).map(|own| own.round() as i64).into()
 }
 
 /// Returns whether each edge of the triangles is passed as often in one direction as in the other, as that of a closed surface. Corners that
 /// lie together are one.
 fn is_closed(triangles: &[Triangle]) -> bool {
-    let (lower, upper) = extent(triangles.iter().flatten());
-    let step = WELD * (upper - lower).norm();
-    let cell =
-        |own: &Point| -> [i64; 3] { ((own - lower) / step).map(|own| own.round() as i64).into() };
+    let cell = cells(triangles);
     let mut edges = HashMap::new();
     for corners in triangles {
-        let [a, b, c] = corners.each_ref().map(cell);
+        let [a, b, c] = corners.each_ref().map(&cell);
         for (from, to) in [(a, b), (b, c), (c, a)] {
             if from < to {
                 *edges.entry((from, to)).or_insert(0) += 1;
@@ -104,6 +108,8 @@ fn is_closed(triangles: &[Triangle]) -> bool {
 
 #[cfg(test)]
 mod tests {
+    use std::f64::consts::PI;
+
     use nalgebra::{Rotation3, Vector3};
 
     use super::*;
@@ -175,7 +181,7 @@ mod tests {
             [[a, b, c], [a, c, d], [b, a, Point::zeros()], [d, c, Point::new(0.0, 0.0, length)]]
         };
         let mesh: Vec<Triangle> = (0..sides).flat_map(side).collect();
-        let volume = std::f64::consts::PI * radius * radius * length;
+        let volume = PI * radius * radius * length;
         let across = volume * (radius * radius / 4.0 + length * length / 12.0);
         let inertia =
             Matrix3::from_diagonal(&Vector3::new(across, across, volume * radius * radius / 2.0));
@@ -210,6 +216,54 @@ mod tests {
         let (solid, outline) = Solid::of_mesh(&outer[1..]).unwrap();
         assert_eq!(outline, Outline::Open);
         assert!((solid.volume / 8.0 - 1.0).abs() < 1e-4);
+    }
+
+    /// A part turned inside out beside, on a corner and within the box around a part with a notch, and a hollow.
+    #[test]
+    fn parts_count_once_however_they_look() {
+        let inside_out = |mesh: Vec<Triangle>| -> Vec<Triangle> {
+            mesh.into_iter().map(|[a, b, c]| [a, c, b]).collect()
+        };
+        let at = |lower: [f64; 3], upper: [f64; 3]| cuboid(Point::from(lower), Point::from(upper));
+        let one = at([0.0; 3], [2.0, 1.0, 1.0]);
+        let beside = at([3.0, 0.0, 0.0], [4.0, 1.0, 1.0]);
+        let touching = at([2.0, 0.2, 0.2], [3.0, 0.8, 0.8]);
+        let within = at([0.5; 3], [0.6; 3]);
+        for (other, volume) in [(beside, 3.0), (touching, 2.36)] {
+            for mesh in [
+                [one.clone(), inside_out(other.clone())].concat(),
+                [inside_out(one.clone()), other.clone()].concat(),
+                [other.clone(), one.clone()].concat(),
+            ] {
+                let (solid, outline) = Solid::of_mesh(&mesh).unwrap();
+                assert_eq!(outline, Outline::Closed);
+                assert!((solid.volume - volume).abs() < 1e-9, "{}", solid.volume);
+            }
+        }
+        let hollow = [one, inside_out(within)].concat();
+        assert!((Solid::of_mesh(&hollow).unwrap().0.volume - 1.999).abs() < 1e-9);
+    }
+
+    /// A ball so fine that its hull is cut off is no nested one.
+    #[test]
+    fn a_fine_ball_is_closed() {
+        let (rings, sides) = (100, 200);
+        let at = |ring: usize, side: usize| {
+            let (sin, cos) = (PI * ring as f64 / rings as f64).sin_cos();
+            let (y, x) = (2.0 * PI * (side % sides) as f64 / sides as f64).sin_cos();
+            let sin = if ring % rings == 0 { 0.0 } else { sin };
+            Point::new(sin * x, sin * y, cos)
+        };
+        let quad = |own: usize| {
+            let (ring, side) = (own / sides, own % sides);
+            let [a, b, c, d] =
+                [at(ring, side), at(ring + 1, side), at(ring + 1, side + 1), at(ring, side + 1)];
+            [[a, b, c], [a, c, d]]
+        };
+        let mesh: Vec<Triangle> = (0..rings * sides).flat_map(quad).collect();
+        let (solid, outline) = Solid::of_mesh(&mesh).unwrap();
+        assert_eq!(outline, Outline::Closed);
+        assert!((solid.volume / (4.0 / 3.0 * PI) - 1.0).abs() < 1e-3, "{}", solid.volume);
     }
 
     #[test]

@@ -11,15 +11,14 @@ const TRIANGLE: usize = 50;
 
 /// Reads the triangles, in the unit of the file.
 pub(super) fn read(bytes: &[u8]) -> Result<Vec<Triangle>, MeshError> {
-    let mut bytes = bytes.to_vec();
-    let is_text = bytes.starts_with(b"solid");
+    let is_text = first_word(bytes).eq_ignore_ascii_case(b"solid");
     if let Some(&[a, b, c, d]) = bytes.get(HEAD - 4..HEAD) {
         let triangles = u32::from_le_bytes([a, b, c, d]);
         let needed = HEAD + TRIANGLE * triangles as usize;
-        if is_text && needed == bytes.len() {
-            // Many programs begin the comment of a binary file with the word that tells a text.
-            bytes[0] = b' ';
-        } else if !is_text && needed > bytes.len() {
+        // Many programs begin the comment of a binary file with the word that tells a text.
+        if is_text && needed != bytes.len() {
+            return triangles_of(one_solid(bytes));
+        } else if needed > bytes.len() {
             let found = bytes.len();
             let is_word = bytes
                 .iter()
@@ -31,9 +30,42 @@ pub(super) fn read(bytes: &[u8]) -> Result<Vec<Triangle>, MeshError> {
                 MeshError::Truncated { found, triangles, needed }
             });
         }
-    } else if !is_text {
+    } else if is_text {
+        return triangles_of(one_solid(bytes));
+    } else {
         return Err(MeshError::OtherFile);
     }
+    let mut bytes = bytes.to_vec();
+    bytes[0] = b' ';
+    triangles_of(bytes)
+}
+
+/// The first five bytes that are no white space: the word that tells a text.
+fn first_word(bytes: &[u8]) -> &[u8] {
+    let text = bytes.trim_ascii_start();
+    &text[..text.len().min(5)]
+}
+
+/// The solids of a text as one, in lower case. One that does not end leaves the text without an end.
+fn one_solid(bytes: &[u8]) -> Vec<u8> {
+    let text = String::from_utf8_lossy(bytes).to_lowercase();
+    let mut all = "solid \n".to_owned();
+    let (mut begun, mut ended) = (0, 0);
+    for line in text.lines() {
+        match line.split_whitespace().next() {
+            Some("solid") => begun += 1,
+            Some("endsolid") => ended += 1,
+            _ => all.extend([line, "\n"]),
+        }
+    }
+    if begun == ended {
+        all += "endsolid\n";
+    }
+    all.into_bytes()
+}
+
+/// The triangles of a binary file, or of a text of one solid.
+fn triangles_of(bytes: Vec<u8>) -> Result<Vec<Triangle>, MeshError> {
     let fault = |error: std::io::Error| MeshError::Stl(error.to_string());
     let mut file = Cursor::new(bytes);
     let triangles = stl_io::create_stl_reader(&mut file).map_err(fault)?;
@@ -70,6 +102,19 @@ mod tests {
         for comment in [&b"\x00any"[..], b"solid by some CAD"] {
             assert_eq!(read(&binary(comment, 1, &[CORNERS])).unwrap(), text);
         }
+        for other in [TEXT.replace("solid a", "solid"), TEXT.to_uppercase(), format!("\n {TEXT}")] {
+            assert_eq!(read(other.as_bytes()).unwrap(), text, "{other}");
+        }
+    }
+
+    #[test]
+    fn all_solids_of_a_text_are_read() {
+        let two = TEXT.to_owned() + &TEXT.replace("0 2 0.5", "0 3 0.5");
+        let triangles = read(two.as_bytes()).unwrap();
+        assert_eq!(triangles.len(), 2);
+        assert_eq!(triangles[1][2], Point::new(0.0, 3.0, 0.5));
+        let cut = two.strip_suffix("endsolid a\n").unwrap();
+        assert!(matches!(read(cut.as_bytes()), Err(MeshError::Stl(_))));
     }
 
     #[test]

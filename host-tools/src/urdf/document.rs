@@ -167,9 +167,17 @@ impl Shape {
         } else if let Some(cylinder) = child(geometry, "cylinder") {
             let of = |name| own.finite::<1>(cylinder, name).map(|[own]| own);
             Form::Cylinder { radius: of("radius")?, length: of("length")? }
-        } else {
-            let [radius] = own.finite(own.child(geometry, "sphere")?, "radius")?;
+        } else if let Some(sphere) = child(geometry, "sphere") {
+            let [radius] = own.finite(sphere, "radius")?;
             Form::Sphere { radius }
+        } else {
+            let other = geometry.children().find(Node::is_element);
+            let other =
+                other.map_or("nothing".to_owned(), |own| format!("<{}>", own.tag_name().name()));
+            let fault = format!(
+                "<geometry> has {other}: must be <mesh>, <box>, <cylinder> or <sphere>; or give the link an <inertial>"
+            );
+            return Err(own.malformed(geometry, fault));
         };
         Ok(Self { origin: own.origin(node)?, form })
     }

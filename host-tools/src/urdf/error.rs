@@ -196,7 +196,7 @@ pub enum UrdfError {
     Shape(String),
     /// A mesh that is far larger or smaller than the arm.
     #[error(
-        "the mesh of link '{link}' is {size:.3} m across, and the arm {arm:.2} m long: put the right scale into its <mesh>, for a mesh in \
+        "the largest shape, of link '{link}', is {size:.3} m across, and the arm {arm:.2} m long: put the right scale into its <mesh>, for a mesh in \
          millimetres scale=\"0.001 0.001 0.001\""
     )]
     Scale {

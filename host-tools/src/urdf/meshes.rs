@@ -17,7 +17,7 @@ const DENSITY: [f64; 2] = [300.0, 10_000.0];
 
 /// The sum of what is known and what is shared out, kg.
 pub(super) struct Total<'a> {
-    /// The robot by its data sheet, without what its last joint carries in the file.
+    /// The robot by its data sheet, without its tool.
     pub(super) kg: f64,
     /// The name of it on the command line.
     pub(super) option: &'a str,
@@ -30,6 +30,13 @@ pub(super) struct Part {
     pub(super) known: Body,
     /// Bodies without one, by their volume at a density of 1.
     pub(super) drawn: Body,
+    /// Mass in the file of the links fixed beyond the first, kg.
+    pub(super) beyond_kg: f64,
+}
+
+/// Mass of the tool in the file, kg: of what is fixed beyond the link of the last joint.
+pub(super) fn tool(parts: &[Part]) -> f64 {
+    parts.last().map_or(0.0, |part| part.beyond_kg)
 }
 
 /// The masses of the drawn bodies of the base and of each joint, kg, and the mean density of the moving ones, kg/m³.
@@ -43,8 +50,8 @@ pub(super) fn allot(
     total: &Total,
 ) -> Result<(f64, Vec<f64>), String> {
     let Total { kg, option } = total;
-    let tool = parts.last().map_or(0.0, |part| part.known.mass);
-    let known = base.known.mass + parts.iter().map(|part| part.known.mass).sum::<f64>() - tool;
+    let known =
+        base.known.mass + parts.iter().map(|part| part.known.mass).sum::<f64>() - tool(parts);
     let left = kg - known;
     if left.is_nan() || left <= 0.0 {
         return Err(format!(
@@ -89,6 +96,16 @@ pub(super) fn doubt(density: f64) -> Option<String> {
     let [least, most] = DENSITY;
     (!(least..=most).contains(&density)).then(|| {
         format!("meshes and mass make a density of {density:.0} kg/m³ (usual: {least} to {most}): compare the scale of the meshes, and the mass, with the data sheet")
+    })
+}
+
+/// A doubt about a base that has more than what moves, kg: in published robots it has a tenth to a third of the whole.
+pub(super) fn doubt_of_base(on_base: f64, moving: f64, root: &str) -> Option<String> {
+    (on_base > moving).then(|| {
+        format!(
+            "by its shapes the base gets {on_base:.0} kg, more than the {moving:.0} kg of what moves: if link '{root}' or what is fixed to it is a cell, a table \
+             or a pedestal, take its <collision> and <visual> out"
+        )
     })
 }
 

@@ -20,7 +20,6 @@ use std::path::Path;
 
 use flexid_core::MAX_JOINTS;
 use flexid_core::chain::{INERTIA_TOLERANCE, inertia_excess};
-use flexid_core::imperfection::BASE_OVER_MOVING;
 use flexid_pipeline::model::{Kind, Model, ModelError, ModelJoint, Tcp};
 use nalgebra::{Isometry3, Matrix3, Translation3, Unit, Vector3};
 
@@ -158,7 +157,7 @@ pub(crate) fn import_robot(
     let massless = of_links(&|index| parts[index].known.mass <= 0.0);
     let bodiless = of_links(&|index| parts[index].known.mass + parts[index].drawn.mass <= 0.0);
     let borrowing = of_links(&|index| {
-        let Part { known, drawn } = parts[index];
+        let Part { known, drawn, .. } = parts[index];
         known.mass > 0.0 && drawn.mass <= 0.0 && !tree.has_mass(&links[index])
     });
     let arm = spread::Arm::new(&model.joints, &model.tcp);
@@ -168,10 +167,9 @@ pub(crate) fn import_robot(
         None if massless.is_empty() => {}
         None => return Err(UrdfError::NoMass(massless)),
         Some((kg, option)) if parts.iter().all(|part| part.drawn.mass <= 0.0) => {
-            let tool = parts.last().map_or(0.0, |part| part.known.mass);
-            // What is spread includes tool and base.
-            let own = if folder.is_some() { (1.0 + BASE_OVER_MOVING) * tool } else { 0.0 };
-            let accuracy = spread::spread(&mut model.joints, &model.tcp, option, kg + own);
+            let beside = if folder.is_some() { meshes::tool(&parts) } else { 0.0 };
+            let total = spread::Total { kg, beside, option };
+            let accuracy = spread::spread(&mut model.joints, &model.tcp, &total);
             model.accuracy = Some(accuracy.map_err(UrdfError::Spread)?);
             origins.push(format!("{kg} kg ({option}), a sixth of them the base's, spread over links by the length of arm that each joint carries"));
         }
@@ -179,13 +177,16 @@ pub(crate) fn import_robot(
             if !bodiless.is_empty() {
                 return Err(UrdfError::NoShape(bodiless));
             }
-            importer.check_sizes(length)?;
+            let is_all_drawn = parts.iter().all(|part| part.drawn.mass > 0.0);
+            importer.check_sizes(length, is_all_drawn)?;
             let total = meshes::Total { kg, option };
             let shared = meshes::allot(&standing, &parts, arm.as_ref(), &total);
             let (on_base, shares) = shared.map_err(UrdfError::Spread)?;
             standing.fill(on_base);
             let volume: f64 = parts.iter().map(|part| part.drawn.mass).sum();
-            importer.warnings.extend(meshes::doubt(shares.iter().sum::<f64>() / volume));
+            let moving: f64 = shares.iter().sum();
+            importer.warnings.extend(meshes::doubt(moving / volume));
+            importer.warnings.extend(meshes::doubt_of_base(on_base, moving, &root));
             for ((part, joint), mass) in parts.iter_mut().zip(&mut model.joints).zip(shares) {
                 part.fill(mass);
                 put(joint, &part.known);
@@ -200,10 +201,24 @@ pub(crate) fn import_robot(
         (masses.payload_kg > 0.0, parts.last_mut(), model.joints.last_mut())
     {
         part.known = of_joint(joint);
-        part.known.add(&payload(masses.payload_kg, model.tcp.xyz_m.into()));
+        let (body, form) = payload(masses.payload_kg, model.tcp.xyz_m.into());
+        part.known.add(&body);
         put(joint, &part.known);
-        model.accuracy.get_or_insert_with(|| meshes::accuracy(length));
-        origins.push(format!("{} kg (--payload) on the last link: a cylinder of {PAYLOAD_DENSITY} kg/m³ up to the TCP", masses.payload_kg));
+        if form == Payload::Ball {
+            importer.warnings.push(format!(
+                "the TCP '{}' lies {:.3} m from joint '{}', nearer than a payload of {} kg is wide, which is taken as a ball there: name the link at the \
+                 tool's tip by --tcp",
+                model.tcp.name,
+                Vector3::from(model.tcp.xyz_m).norm(),
+                joint.name,
+                masses.payload_kg
+            ));
+        }
+        origins.push(format!(
+            "{} kg (--payload) on the last link: a {} of {PAYLOAD_DENSITY} kg/m³",
+            masses.payload_kg,
+            form.named()
+        ));
     }
     let refused = |error: ModelError, model: &Model, links: &[String]| match error {
         ModelError::JointCount(count) => {
@@ -255,11 +270,17 @@ impl Imported {
     pub fn to_toml(&self) -> Result<String, toml::ser::Error> {
         let mut text = String::new();
         if !self.origins.is_empty() {
-            text += "# Masses, centres of mass and inertias are guessed:\n";
+            text += match self.model.accuracy {
+                Some(_) => "# Masses, centres of mass and inertias are guessed:\n",
+                None => "# Beside the masses of the file:\n",
+            };
             for origin in &self.origins {
                 let _ = writeln!(text, "# - {origin}");
             }
-            text += "# [accuracy] below says how far they may be off, one standard deviation. It holds unless the configuration's own [accuracy] states the same.\n\n";
+            if self.model.accuracy.is_some() {
+                text += "# [accuracy] below says how far they may be off, one standard deviation. It holds unless the configuration's own [accuracy] states the same.\n";
+            }
+            text += "\n";
         }
         Ok(text + &self.model.to_toml()?)
     }
@@ -311,15 +332,37 @@ fn of_joint(joint: &ModelJoint) -> Body {
     Body::new(joint.mass_kg, &Translation3::from(joint.centre_of_mass_m).into(), &inertia)
 }
 
-/// What a flange carries: a cylinder from the last joint to the tip, or a ball where both are one.
-fn payload(mass: f64, tip: Vector3<f64>) -> Body {
+/// The form of what a flange carries.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Payload {
+    /// A cylinder from the last joint to the tip.
+    Cylinder,
+    /// A ball halfway to a tip that is nearer than a cylinder would be wide.
+    Ball,
+}
+
+impl Payload {
+    fn named(self) -> &'static str {
+        match self {
+            Self::Cylinder => "cylinder up to the TCP",
+            Self::Ball => "ball between flange and TCP",
+        }
+    }
+}
+
+/// What a flange carries up to its tip.
+fn payload(mass: f64, tip: Vector3<f64>) -> (Body, Payload) {
     use std::f64::consts::PI;
     let volume = mass / PAYLOAD_DENSITY;
     let length = tip.norm();
-    let radius =
-        if length > 0.0 { (volume / (PI * length)).sqrt() } else { (0.75 * volume / PI).cbrt() };
-    let inertia = spread::cylinder(mass, tip, radius);
-    Body::new(mass, &Translation3::from(0.5 * tip).into(), &inertia)
+    let radius = (volume / (PI * length)).sqrt();
+    let (inertia, form) = if radius < length {
+        (spread::cylinder(mass, tip, radius), Payload::Cylinder)
+    } else {
+        let radius = (0.75 * volume / PI).cbrt();
+        (Matrix3::identity() * (0.4 * mass * radius * radius), Payload::Ball)
+    };
+    (Body::new(mass, &Translation3::from(0.5 * tip).into(), &inertia), form)
 }
 
 /// Why the text of a URDF file cannot be imported without a TCP: the links to choose from, or what is wrong with the file.
@@ -360,6 +403,7 @@ impl Importer<'_> {
     fn carried(&mut self, chain: &[&Joint], link: &str) -> Result<Part, UrdfError> {
         let mut part = Part::default();
         let body = &mut part.known;
+        let first = link;
         let mut impossible = Vec::new();
         let mut open = vec![(link.to_owned(), Isometry3::identity(), None::<String>)];
         while let Some((link, pose, branch)) = open.pop() {
@@ -376,6 +420,9 @@ impl Importer<'_> {
                 impossible.push((link.clone(), moments));
             }
             body.add(&own);
+            if link != first {
+                part.beyond_kg += own.mass;
+            }
             if own.mass <= 0.0
                 && let Some(drawn) = self.drawn(&link)?
             {
@@ -422,14 +469,13 @@ impl Importer<'_> {
         Ok(drawn)
     }
 
-    /// Checks that no shape is far larger than an arm of this length, m, and not all are far smaller.
-    fn check_sizes(&self, arm: f64) -> Result<(), UrdfError> {
+    /// Checks that no shape is far larger than an arm of this length, m, and not all are far smaller if every moving link has one.
+    fn check_sizes(&self, arm: f64, is_all_drawn: bool) -> Result<(), UrdfError> {
         let largest = self.drawn.iter().max_by(|a, b| a.1.size.total_cmp(&b.1.size));
+        let fits =
+            |size: f64| meshes::fits(size, arm) && (!is_all_drawn || meshes::fits(arm, size));
         match largest {
-            Some((link, drawn))
-                if arm > 0.0
-                    && !(meshes::fits(drawn.size, arm) && meshes::fits(arm, drawn.size)) =>
-            {
+            Some((link, drawn)) if arm > 0.0 && !fits(drawn.size) => {
                 Err(UrdfError::Scale { link: link.clone(), size: drawn.size, arm })
             }
             _ => Ok(()),
@@ -497,7 +543,7 @@ impl Importer<'_> {
                     None => String::new(),
                 };
                 self.warnings
-                    .push(format!("joint '{name}' has no usable <limit>{given}: left open"));
+                    .push(format!("joint '{name}' has no usable limits{given}: left open"));
             }
         }
         [-f64::INFINITY, f64::INFINITY]

@@ -23,40 +23,49 @@ struct Shape {
 /// by the shape that the others give.
 const SHAPE: Shape = Shape { own: 0.05, radius: 0.1 };
 
-/// Gives the joints of an arm whose links have no mass what is left of `total_kg`, the mass by the data sheet. A fifth of what moves
-/// is that of the base. Links with a mass, such as a spindle, keep it. `option` is the name of the total on the command line.
+/// The mass to spread.
+pub(super) struct Total<'a> {
+    /// The robot by its data sheet, kg.
+    pub(super) kg: f64,
+    /// The tool, if that is beside it, kg.
+    pub(super) beside: f64,
+    /// The name of it on the command line.
+    pub(super) option: &'a str,
+}
+
+/// Gives the joints of an arm whose links have no mass what is left of the `total`. A fifth of what moves is that of the base. Links with a
+/// mass, such as a spindle, keep it.
 ///
 /// # Errors
 /// Nothing is left for the links without a mass, or there is none. The error says so, and the mend.
 pub(super) fn spread(
     joints: &mut [ModelJoint],
     tcp: &Tcp,
-    option: &str,
-    total_kg: f64,
+    total: &Total,
 ) -> Result<MassAccuracy, String> {
-    spread_as(joints, tcp, option, total_kg, SHAPE)
+    spread_as(joints, tcp, total, SHAPE)
 }
 
 /// [`spread`] with bodies of any shape.
 fn spread_as(
     joints: &mut [ModelJoint],
     tcp: &Tcp,
-    option: &str,
-    total_kg: f64,
+    total: &Total,
     shape: Shape,
 ) -> Result<MassAccuracy, String> {
-    let known: f64 = joints.iter().map(|joint| joint.mass_kg).sum();
+    let &Total { kg: total_kg, beside, option } = total;
+    let known: f64 = joints.iter().map(|joint| joint.mass_kg).sum::<f64>() - beside;
     let left = total_kg / (1.0 + BASE_OVER_MOVING) - known;
     if joints.iter().all(|joint| joint.mass_kg > 0.0) {
         return Err(format!(
-            "{option} {total_kg}: every moving link has a mass in the file, {known:.1} kg in all: leave {option} out, or take <inertial> out of \
-             the links whose masses are wrong"
+            "{option} {total_kg}: every moving link has a mass in the file, {known:.1} kg in all: leave {option} out, or take the \
+             masses that are wrong out of it"
         ));
     }
     if left.is_nan() || left <= 0.0 {
         return Err(format!(
             "{option} {total_kg}: the links with a mass have {known:.1} kg, so that nothing is left for the others (a sixth is the base's): \
-             give the robot's own mass by its data sheet, with the tool's"
+             give the robot's mass by its data sheet"
         ));
     }
     let Some(arm) = Arm::new(joints, tcp) else {
@@ -148,7 +157,9 @@ mod tests {
     use super::super::arms::{ARMS, Arm};
     use super::*;
 
-    const OPTION: &str = "--mass";
+    fn total(kg: f64) -> Total<'static> {
+        Total { kg, beside: 0.0, option: "--mass" }
+    }
 
     const TIP: [f64; 3] = [0.0, 0.1, 0.3];
 
@@ -173,7 +184,7 @@ mod tests {
     fn spread_over(own: &Arm, shape: Shape) -> (Vec<ModelJoint>, MassAccuracy, f64) {
         let (mut joints, tcp) = arm(&vec![0.0; own.masses.len()], own.lengths);
         let moving: f64 = own.masses.iter().sum();
-        let accuracy = spread_as(&mut joints, &tcp, OPTION, 1.2 * moving, shape).unwrap();
+        let accuracy = spread_as(&mut joints, &tcp, &total(1.2 * moving), shape).unwrap();
         let found: f64 = joints.iter().map(|joint| joint.mass_kg).sum();
         assert!((found / moving - 1.0).abs() < 1e-9, "{}", own.name);
         (joints, accuracy, own.lengths.iter().sum())
@@ -249,7 +260,7 @@ mod tests {
     #[test]
     fn a_spindle_keeps_its_mass_and_the_bodies_are_cylinders_along_the_arm() {
         let (mut joints, tcp) = arm(&[0.0, 0.0, 12.0], &[0.6, 0.4]);
-        spread(&mut joints, &tcp, OPTION, 1.2 * 112.0).unwrap();
+        spread(&mut joints, &tcp, &total(1.2 * 112.0)).unwrap();
         let masses: Vec<f64> = joints.iter().map(|joint| joint.mass_kg).collect();
         // Ways of 1 and 0.4 m, and 0.05 m for each.
         let expected = [100.0 * 1.05 / 1.5, 100.0 * 0.45 / 1.5, 12.0];
@@ -263,7 +274,7 @@ mod tests {
 
     #[test]
     fn a_mass_that_cannot_be_spread_has_a_mend() {
-        for (masses, lengths, tip, total, mend) in [
+        for (masses, lengths, tip, kg, mend) in [
             (
                 [1.0, 2.0],
                 0.5,
@@ -272,12 +283,13 @@ mod tests {
                 "every moving link has a mass in the file, 3.0 kg in all: leave",
             ),
             ([0.0, 2.0], 0.5, TIP, 2.0, "nothing is left for the others"),
-            ([0.0, 2.0], 0.5, TIP, f64::NAN, "give the robot's own mass"),
-            ([0.0, 2.0], 0.5, TIP, -5.0, "give the robot's own mass"),
+            ([0.0, 2.0], 0.5, TIP, f64::NAN, "give the robot's mass"),
+            ([0.0, 2.0], 0.5, TIP, -5.0, "give the robot's mass"),
             ([0.0, 0.0], 0.0, [0.0; 3], 10.0, "lie in one point"),
         ] {
             let (mut joints, tcp) = arm(&masses, &[lengths]);
-            let error = spread(&mut joints, &Tcp { xyz_m: tip, ..tcp }, OPTION, total).unwrap_err();
+            let tcp = Tcp { xyz_m: tip, ..tcp };
+            let error = spread(&mut joints, &tcp, &total(kg)).unwrap_err();
             assert!(error.starts_with("--mass ") && error.contains(mend), "{error}");
         }
     }

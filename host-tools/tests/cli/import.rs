@@ -52,6 +52,21 @@ fn guessed_masses_say_where_they_come_from_and_how_far_they_may_be_off() {
     }
 }
 
+/// A payload beside masses of the file guesses nothing about these.
+#[test]
+fn a_payload_alone_leaves_the_masses_of_the_file_as_they_are() {
+    let folder = robots();
+    let folder = folder.path();
+    let output =
+        flexid(folder, "model import iiwa14-standard.csv --dh standard --payload 10 -o m.toml");
+    assert!(output.status.success(), "{}", stderr(&output));
+    let model = fs::read_to_string(folder.join("m.toml")).unwrap();
+    let head = "# Beside the masses of the file:\n# - 10 kg (--payload) on the last link: a ";
+    assert!(model.starts_with(head) && !model.contains("[accuracy]"), "{model}");
+    let said = String::from_utf8(output.stdout).unwrap();
+    assert!(said.contains("27.5 kg of moving mass") && !said.contains("guessed"), "{said}");
+}
+
 #[test]
 fn a_table_of_denavit_hartenberg_parameters_is_a_robot() {
     let folder = robots();
@@ -63,7 +78,8 @@ fn a_table_of_denavit_hartenberg_parameters_is_a_robot() {
         );
         assert!(output.status.success(), "{}", stderr(&output));
         let said = String::from_utf8(output.stdout).unwrap();
-        assert!(said.contains("7 joints and 17.5 kg of moving mass, tool at 'tcp'\n"), "{said}");
+        let place = "tool at 'tcp' at x 0.000, y 0.000, z 1.306 m with all joints at 0\n";
+        assert!(said.contains(&format!("7 joints and 17.5 kg of moving mass, {place}")), "{said}");
     }
 }
 
@@ -83,7 +99,7 @@ fn mistakes_have_their_mend() {
             "bad.csv --dh standard -o m.toml",
             "bad.csv:3: row of joint_2: alpha is -90 rad: in deg? Head the column alpha [deg]",
         ),
-        ("boxes.urdf --dh standard -o m.toml", "boxes.urdf:1: column "),
+        ("boxes.urdf --dh standard -o m.toml", "boxes.urdf: is a URDF: leave --dh out"),
         (
             "boxes.urdf --tcp tip -o m.toml",
             "or add --total-mass KG, the robot's mass by its data sheet",

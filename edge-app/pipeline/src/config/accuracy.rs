@@ -110,10 +110,7 @@ pub(super) fn accuracies(
     band_hz: [f64; 2],
     angle_step: f64,
 ) -> Result<Accuracies, String> {
-    let mut accuracies = match section.assume {
-        Assumed::Typical => assumed(masses),
-        Assumed::Perfect => Accuracies::default(),
-    };
+    let mut accuracies = assumed(section.assume, masses);
     for Accuracy { key, stated, own, most, scale, unit, .. } in &ACCURACIES {
         let sought = ALSO_SOUGHT.iter().find(|(also, ..)| also == key);
         let sought = sought.filter(|(.., sought)| sought(calibration).is_some());
@@ -181,17 +178,20 @@ pub(super) fn accuracies(
     Ok(accuracies)
 }
 
-/// Typical accuracies; those of the links' bodies are the model's, where it states them.
-fn assumed(masses: Option<&MassAccuracy>) -> Accuracies {
-    let typical = Accuracies::typical();
+/// Typical or perfect accuracies; those of the links' bodies are the model's, where it states them: a guess stays one beside perfect sensors.
+fn assumed(own: Assumed, masses: Option<&MassAccuracy>) -> Accuracies {
+    let others = match own {
+        Assumed::Typical => Accuracies::typical(),
+        Assumed::Perfect => Accuracies::default(),
+    };
     match masses {
         Some(&MassAccuracy { link_mass, link_inertia, centre_of_mass_m }) => Accuracies {
             mass: link_mass,
             inertia: link_inertia,
             centre_of_mass: centre_of_mass_m,
-            ..typical
+            ..others
         },
-        None => typical,
+        None => others,
     }
 }
 
@@ -199,7 +199,7 @@ fn assumed(masses: Option<&MassAccuracy>) -> Accuracies {
 mod tests {
     use super::*;
 
-    /// What the configuration states goes before the model, and what it seeks before both.
+    /// What the configuration states goes before the model, and what it seeks before both. What the model guesses is not perfect.
     #[test]
     fn a_model_states_how_far_its_masses_may_be_off() {
         let masses = MassAccuracy { link_mass: 0.3, link_inertia: 0.4, centre_of_mass_m: 0.06 };
@@ -214,7 +214,7 @@ mod tests {
         calibration.link_mass = Some(0.2);
         assert_eq!(of(&section, &calibration), [0.0, 0.1, 0.06, tool]);
         section.assume = Assumed::Perfect;
-        assert_eq!(of(&section, &calibration), [0.0, 0.1, 0.0, 0.0]);
+        assert_eq!(of(&section, &calibration), [0.0, 0.1, 0.06, 0.0]);
     }
 
     #[test]

@@ -134,6 +134,55 @@ fn what_has_a_mass_keeps_it() {
     assert!((180.0..200.0 + 100.0).contains(&all), "{all}");
 }
 
+/// The hand's own mass is the robot's, that of a spindle fixed to it is beside.
+#[test]
+fn what_is_fixed_beyond_the_last_link_is_the_tool() {
+    let folder = folder();
+    let of = |link: &str, kg: f64| {
+        let line =
+            ROBOT.lines().find(|line| line.contains(&format!("<link name=\"{link}\""))).unwrap();
+        let body = format!(
+            r#"<link name="{link}"><inertial><mass value="{kg}"/><inertia ixx="0.1" iyy="0.1" izz="0.1" ixy="0" ixz="0" iyz="0"/></inertial></link>"#
+        );
+        ROBOT.replace(line, &body)
+    };
+    let all = |text: &str, kg: f64| -> f64 {
+        let joints = imported(&folder, text, kg, 0.0).unwrap().model.joints;
+        joints.iter().map(|joint| joint.mass_kg).sum()
+    };
+    let error = imported(&folder, &of("hand", 300.0), 290.0, 0.0).unwrap_err().to_string();
+    assert!(error.starts_with("--total-mass 290: the links with a mass have 300.0 kg"), "{error}");
+    assert!(all(&of("tip", 300.0), 290.0) > 500.0);
+}
+
+/// A cell on the root takes what is the robot's.
+#[test]
+fn a_base_of_more_than_half_is_doubted() {
+    let folder = folder();
+    let text = ROBOT.replace("0.5 0.5 0.4", "3 3 1");
+    let warnings = imported(&folder, &text, 300.0, 0.0).unwrap().warnings;
+    assert!(
+        warnings.iter().any(|own| own.starts_with("by its shapes the base gets ")),
+        "{warnings:?}"
+    );
+    let warnings = imported(&folder, ROBOT, 300.0, 0.0).unwrap().warnings;
+    assert!(!warnings.iter().any(|own| own.contains("the base gets")), "{warnings:?}");
+}
+
+/// A flat payload would have any inertia.
+#[test]
+fn a_payload_that_is_wider_than_long_is_a_ball() {
+    let folder = folder();
+    let text = ROBOT.replace("0.1 0 0.2", "0 0 0.001");
+    let own = imported(&folder, &text, 300.0, 40.0).unwrap();
+    let said = "the TCP 'tip' lies 0.001 m from joint 'a3', nearer than a payload of 40 kg is wide";
+    assert!(own.warnings.iter().any(|own| own.starts_with(said)), "{:?}", own.warnings);
+    // A ball of 0.01 m³ has a radius of 0.134 m.
+    let bare = imported(&folder, &text, 300.0, 0.0).unwrap();
+    let [with, without] = [&own, &bare].map(|own| own.model.joints[2].inertia_kg_m2[0]);
+    assert!((with - without - 0.4 * 40.0 * 0.1336_f64.powi(2)).abs() < 1e-3, "{with} {without}");
+}
+
 #[test]
 fn a_mesh_that_is_open_is_its_hull_with_a_warning() {
     let folder = folder();
@@ -173,7 +222,7 @@ fn mistakes_have_their_mend() {
         (
             replaced(" scale=\"0.001 0.001 0.001\"", ""),
             300.0,
-            "the mesh of link 'fore' is 547.723 m across, and the arm 1.50 m long: put the right scale",
+            "the largest shape, of link 'fore', is 547.723 m across, and the arm 1.50 m long: put the right scale",
         ),
         (
             replaced("0.001 0.001 0.001", "0.001 0.001"),
@@ -184,6 +233,11 @@ fn mistakes_have_their_mend() {
             replaced("meshes/fore.stl", "meshes/flat.stl"),
             300.0,
             "flat.stl: is flat, without a volume",
+        ),
+        (
+            replaced("<sphere radius=\"0.1\"/>", "<capsule radius=\"0.1\" length=\"1\"/>"),
+            300.0,
+            "<geometry> has <capsule>: must be <mesh>, <box>, <cylinder> or <sphere>; or give the link an <inertial>",
         ),
         (replaced("meshes/fore.stl", "meshes/cut.stl"), 300.0, "cut.stl: is no STL file: "),
         (replaced("meshes/fore.stl", "meshes"), 300.0, "link 'fore': no mesh \"meshes\": "),
