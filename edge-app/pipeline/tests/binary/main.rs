@@ -149,6 +149,12 @@ fn what_a_bag_that_is_cut_off_holds_is_used() {
     damaged[(chunk.start + chunk.end) / 2] ^= 1;
     let (forces, error) = spoilt(&damaged, &of_bag()).unwrap();
     assert!((8..40).contains(&forces) && error.unwrap().contains("is damaged: a chunk "), "{name}");
+    // Another length of its content, and no checksum.
+    let (mut damaged, chunk) = (BAGS[1].1.to_vec(), chunks(BAGS[1].1).remove(3));
+    damaged[chunk.start + 16] ^= 1;
+    damaged[chunk.start + 24..chunk.start + 28].fill(0);
+    let (_, error) = spoilt(&damaged, &of_bag()).unwrap();
+    assert!(error.unwrap().contains("is damaged: a chunk states "));
 }
 
 #[test]

@@ -270,7 +270,7 @@ mod tests {
 
     #[test]
     fn sizes_that_are_not_those_of_the_values_are_refused() {
-        for sizes in [[i32::MAX as u32; 2], [u32::MAX; 2], [3, 2], [1, i32::MAX as u32]] {
+        for sizes in [[i32::MAX as u32; 2], [i32::MAX as u32, 1], [3, 2], [1, i32::MAX as u32]] {
             let error = read(&*file(sizes, &[0; 8]), &layout("F")).unwrap_err();
             assert!(error.starts_with("is damaged: F has 8 bytes, which are not "), "{error}");
         }

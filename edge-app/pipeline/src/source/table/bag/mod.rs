@@ -24,7 +24,8 @@ use records::{Record, Records};
 
 /// Messages of force and of acceleration by which it is judged how these go together: four seconds at 1 kHz.
 const PROBED: usize = 4096;
-/// Most messages of one that wait for the other. A writer of chunks may keep a topic back for a second.
+/// Most messages of one that wait for the other, or for the first of all joints. A writer of chunks may keep a topic back for a second, and joints come
+/// at 10 Hz and faster.
 const WAITING: usize = 1 << 16;
 /// Largest difference of both stamps, s, largest scatter of it, and largest change of its mean: the delay that is taken for typical
 /// (`Accuracies::typical` in core).
@@ -106,13 +107,20 @@ impl<R: Read + Send> Bag<R> {
         };
         let is_probed = |bag: &Self| {
             let [one, other] = [&bag.force, &bag.acceleration].map(VecDeque::len);
-            one.min(other) >= PROBED || one.max(other) >= WAITING
+            (one.min(other) >= PROBED && bag.has_joints()) || one.max(other) >= WAITING
         };
         while !is_probed(&bag) && bag.end.is_none() {
             bag.advance();
         }
         bag.judge(layout).map_err(|message| BadInput::new(file, message))?;
         Ok(bag)
+    }
+
+    /// Returns whether all joints came that are taken from a topic, or as many others as an error lists.
+    fn has_joints(&self) -> bool {
+        self.topics.joints.is_none()
+            || self.named.len() >= LISTED
+            || self.joints.iter().all(|name| self.named.contains(name))
     }
 
     /// Takes the next record.
@@ -147,7 +155,7 @@ impl<R: Read + Send> Bag<R> {
                 self.present.insert(topic, name);
             }
             Record::Message { channel, log_ns, data } => {
-                let Some(content) = self.contents.get(&channel) else { return Ok(()) };
+                let Some(content) = self.contents.get(&channel).copied() else { return Ok(()) };
                 let at = |stamp_ns: Option<u64>| i64::try_from(stamp_ns.unwrap_or(log_ns));
                 let taken = match content {
                     Content::Force(vector) => {
@@ -166,6 +174,10 @@ impl<R: Read + Send> Bag<R> {
                         cdr::joints(&data, &self.joints).and_then(|Stamped { stamp_ns, value }| {
                             if self.named.len() < LISTED {
                                 self.named.extend(cdr::joint_names(&data)?);
+                            }
+                            // Of the angles before the first force the newest are enough.
+                            if self.force.is_empty() && self.states.len() >= WAITING {
+                                self.take_state();
                             }
                             self.states.push_back((at(stamp_ns).ok()?, value));
                             Some(())
@@ -247,8 +259,13 @@ impl<R: Read + Send> Bag<R> {
                 self.joints.iter().find(is_missing).filter(|_| self.named.len() < LISTED)
             {
                 let has: Vec<&str> = self.named.iter().map(String::as_str).collect();
+                let within = if self.end.is_none() {
+                    format!(" in its first {WAITING} messages of force or acceleration")
+                } else {
+                    String::new()
+                };
                 return Err(format!(
-                    "has no joint {name:?} on {topic}: it has {}: name its joints in [signals] joints, base first",
+                    "has no joint {name:?} on {topic}{within}: it has {}: name its joints in [signals] joints, base first",
                     if has.is_empty() { "no message".to_owned() } else { has.join(", ") }
                 ));
             }
@@ -343,14 +360,20 @@ impl<R: Read + Send> Bag<R> {
     /// Returns the angles at a time, if newer ones than before came.
     fn angles(&mut self, time_ns: i64) -> &[f64] {
         while self.states.front().is_some_and(|(own, _)| *own <= time_ns) {
-            let Some((_, state)) = self.states.pop_front() else { break };
-            for (angle, own) in self.angles.iter_mut().zip(state) {
-                if own.is_finite() {
-                    *angle = own;
-                }
-            }
+            self.take_state();
         }
         &self.angles
+    }
+
+    /// Takes the oldest angles.
+    fn take_state(&mut self) {
+        for (angle, own) in
+            self.angles.iter_mut().zip(self.states.pop_front().into_iter().flat_map(|own| own.1))
+        {
+            if own.is_finite() {
+                *angle = own;
+            }
+        }
     }
 }
 

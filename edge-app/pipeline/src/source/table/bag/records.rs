@@ -101,7 +101,8 @@ impl<R: Read> Records<R> {
         }
         let is_cut_off = (bytes.len() as u64) < length;
         let mut rest = &bytes[..];
-        let (Some((crc, compression)), Some(_)) = (chunk_header(&mut rest), number::<8>(&mut rest))
+        let (Some((length, crc, compression)), Some(_)) =
+            (chunk_header(&mut rest), number::<8>(&mut rest))
         else {
             return Err(cut_off());
         };
@@ -128,6 +129,9 @@ impl<R: Read> Records<R> {
                 self.chunk.clear();
                 Some(io::Error::other("is damaged: a chunk has another checksum"))
             }
+            Ok(own) if own as u64 != length => Some(io::Error::other(format!(
+                "is damaged: a chunk states {length} bytes, and has {own}"
+            ))),
             Ok(_) => None,
         };
         Ok(())
@@ -157,12 +161,13 @@ fn within<'a>(chunk: &'a [u8], place: &mut usize) -> Option<(u8, &'a [u8])> {
     Some((*kind, body))
 }
 
-/// Returns checksum and compression of a chunk.
-fn chunk_header(rest: &mut &[u8]) -> Option<(u32, String)> {
-    // The times of the first and the last message, and the length of the content.
-    number::<24>(rest)?;
+/// Returns the length of the content of a chunk, its checksum and its compression.
+fn chunk_header(rest: &mut &[u8]) -> Option<(u64, u32, String)> {
+    // The times of the first and the last message.
+    number::<16>(rest)?;
+    let length = number(rest).map(u64::from_le_bytes)?;
     let crc = number(rest).map(u32::from_le_bytes)?;
-    Some((crc, text(rest)?))
+    Some((length, crc, text(rest)?))
 }
 
 /// Returns a record, or `None` if it is of another kind.
