@@ -7,8 +7,10 @@ use super::hull::extent;
 use super::solid::cells;
 use super::{Point, Triangle};
 
-/// Largest number of corners of a part that tell whether it lies within another. Chosen: more than half of them decide.
+/// Largest number of points of a part that tell whether it lies within another. Chosen: more than half of them decide.
 const MOST_PROBES: usize = 16;
+/// Part of the way to the middle by which they are moved. Chosen: far more than rounding, far less than a wall.
+const INWARDS: f64 = 1e-2;
 /// Largest number of solid angles that are computed for a mesh: some seconds.
 const MOST_ANGLES: usize = 100_000_000;
 
@@ -33,10 +35,14 @@ impl Part {
         Self { triangles, volume, lower, upper }
     }
 
-    /// The corners that tell where the part lies.
-    fn probes(&self) -> impl Iterator<Item = &Point> {
-        let step = self.triangles.len().div_ceil(MOST_PROBES);
-        self.triangles.iter().step_by(step.max(1)).map(|[corner, ..]| corner)
+    /// Points that tell where the part lies: middles of triangles, moved inwards, so that none lies on a part that touches.
+    fn probes(&self) -> impl Iterator<Item = Point> {
+        let middle = 0.5 * (self.lower + self.upper);
+        let step = self.triangles.len().div_ceil(MOST_PROBES).max(1);
+        self.triangles
+            .iter()
+            .step_by(step)
+            .map(move |[a, b, c]| ((a + b + c) / 3.0).lerp(&middle, INWARDS))
     }
 
     /// Returns whether the box around both is one around this part.
@@ -48,7 +54,7 @@ impl Part {
     /// Returns whether most of the `other` lies within this part: the solid angle of a surface is 4π from within, and 0 from outside
     /// (Van Oosterom, Strackee 1983).
     fn holds(&self, other: &Self) -> bool {
-        let angle = |from: &Point| -> f64 {
+        let angle = |from: Point| -> f64 {
             let of = |corners: &Triangle| {
                 let [a, b, c] = corners.map(|corner| corner - from);
                 let [u, v, w] = [a, b, c].map(|own| own.norm());
