@@ -3,7 +3,7 @@
 //! A fit needs one blow no more than another force: it takes the force as it was measured. Two blows leave gaps in the band, and one that is cut
 //! off is measured wrongly.
 
-use crate::record::Record;
+use flexid_core::stream::Record;
 
 /// Part of the largest force from which on the hammer touches. What rings on in a hammer is smaller. Chosen.
 const TOUCHES: f32 = 0.1;
@@ -25,7 +25,7 @@ pub struct Blows {
 
 impl Blows {
     /// Finds the blows of a record. Returns `None` if its force is that of no hammer.
-    pub(crate) fn of(record: &Record) -> Option<Self> {
+    pub(crate) fn of<const N: usize>(record: &Record<N>) -> Option<Self> {
         let axis = (0..3).max_by(|a, b| largest(record, *a).total_cmp(&largest(record, *b)))?;
         let (signal, peak) = (&record.force[axis], largest(record, axis));
         let least = (TOUCHES * peak).max(NOISE * record.force_noise[axis]);
@@ -66,7 +66,7 @@ impl Blows {
 }
 
 /// Largest force of a record along an axis, N.
-fn largest(record: &Record, axis: usize) -> f32 {
+fn largest<const N: usize>(record: &Record<N>, axis: usize) -> f32 {
     record.force[axis].iter().fold(0.0, |largest, value| largest.max(value.abs()))
 }
 
@@ -79,9 +79,10 @@ mod tests {
     use super::*;
 
     const RATE_HZ: f64 = 10_000.0;
+    const SAMPLES: usize = 8192;
 
     /// A record with half a sine of 1 ms at each of these times, s, along −y, limited to so many newtons.
-    fn record(blows: &[(f64, f64)], limit: f64) -> Record {
+    fn record(blows: &[(f64, f64)], limit: f64) -> Record<SAMPLES> {
         let force = |sample: u32| {
             let time = f64::from(sample) / RATE_HZ;
             let noise = 0.2
@@ -92,13 +93,13 @@ mod tests {
             };
             -(blows.iter().map(arch).sum::<f64>() + noise).clamp(-limit, limit) as f32
         };
-        let none = || (0..8192).map(|_| 0.0).collect();
+        let none = || (0..SAMPLES).map(|_| 0.0).collect();
         Record {
             start_s: 0.0,
             pose: Default::default(),
             rate_hz: RATE_HZ,
             has_doubtful_rate: false,
-            force: [none(), (0..8192).map(force).collect(), none()],
+            force: [none(), (0..SAMPLES as u32).map(force).collect(), none()],
             acceleration: [none(), none(), none()],
             force_noise: [0.0, 0.06, 0.0],
             acceleration_noise: [0.02; 3],
