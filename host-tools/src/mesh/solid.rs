@@ -251,7 +251,7 @@ mod tests {
         let at = |ring: usize, side: usize| {
             let (sin, cos) = (PI * ring as f64 / rings as f64).sin_cos();
             let (y, x) = (2.0 * PI * (side % sides) as f64 / sides as f64).sin_cos();
-            let sin = if ring % rings == 0 { 0.0 } else { sin };
+            let sin = if ring.is_multiple_of(rings) { 0.0 } else { sin };
             Point::new(sin * x, sin * y, cos)
         };
         let quad = |own: usize| {

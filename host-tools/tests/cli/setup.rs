@@ -84,8 +84,8 @@ pub(crate) fn found() -> TempDir {
     const FILES: [&str; 2] = ["o.log", "o.json"];
     let folder = folder();
     let made = FOUND.get_or_init(|| {
-        identified(folder.path(), "", || ());
-        FILES.map(|file| fs::read(folder.path().join(file)).unwrap())
+        let (_, found) = identified(folder.path(), "", || ());
+        [fs::read(folder.path().join(FILES[0])).unwrap(), found.to_string().into_bytes()]
     });
     for (file, content) in FILES.iter().zip(made) {
         fs::write(folder.path().join(file), content).unwrap();

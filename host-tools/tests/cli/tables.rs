@@ -174,7 +174,7 @@ fn blows_of_a_hammer_are_checked() {
                 }
             };
             let force = (arch(1.5, 500.0) + arch(1.54, second)).min(limit)
-                + 0.1 * noise * f64::from(u8::from(time < 1.49 || time > 1.6));
+                + 0.1 * noise * f64::from(u8::from(!(1.49..=1.6).contains(&time)));
             let ring = if time > 1.5 { (-(time - 1.5)).exp() * (40.0 * time).sin() } else { 0.0 };
             let value = |size: f64| size * ring + 0.01 * noise;
             format!("{time:.6},{force:.3},{:.6},{:.6},{:.6}\n", value(0.3), value(-0.2), value(0.4))

@@ -499,10 +499,10 @@ impl Law {
             1 => Self::Linear(*numbers.first_chunk().ok_or_else(damaged)?),
             2 => Self::Rational(*numbers.first_chunk().ok_or_else(damaged)?),
             4 if count >= 4 && count % 2 == 0 => {
-                let pairs = numbers.as_chunks().0.to_vec();
-                let rises = |[one, next]: &[[f64; 2]; 2]| one[0] < next[0];
+                let pairs: Vec<[f64; 2]> = numbers.as_chunks().0.to_vec();
+                let rises = pairs.is_sorted_by(|[one, _], [next, _]| one < next);
                 let is_finite = pairs.iter().all(|[own, _]| own.is_finite());
-                if !is_finite || !pairs.array_windows().all(rises) {
+                if !is_finite || !rises {
                     return Err(damaged());
                 }
                 Self::Table(pairs)

@@ -184,7 +184,7 @@ mod tests {
 
         fn put(&mut self, bytes: &[u8]) {
             let size = bytes.len().min(self.2);
-            while (self.0.len() - 4) % size != 0 {
+            while !(self.0.len() - 4).is_multiple_of(size) {
                 self.0.push(0xAA);
             }
             let own: Vec<u8> =
