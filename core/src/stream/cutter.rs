@@ -3,8 +3,9 @@
 use super::align::{Aligned, Instant};
 use super::clock::Clock;
 use super::invalid::Earlier;
+use super::setup::Setup;
 use super::stretch::Stretch;
-use super::{Record, Setup, StreamConfig, StreamHealth, bridge, noise, spikes};
+use super::{Record, StreamConfig, StreamHealth, bridge, noise, spikes};
 use crate::noise::NoiseShape;
 use crate::spectrum::fft::MIN_SAMPLES;
 

@@ -15,6 +15,7 @@ mod noise;
 mod pose;
 mod record;
 mod sender;
+mod setup;
 mod spikes;
 mod stretch;
 
@@ -29,6 +30,7 @@ use invalid::Earlier;
 use pose::Doubt;
 pub use pose::STATIC;
 pub use record::Record;
+pub use setup::Setup;
 use stretch::Stretch;
 
 use crate::MAX_JOINTS;
@@ -60,23 +62,6 @@ pub enum Reading {
     },
     /// Setup of what follows. Before the first, the force acts at the TCP, and all axes are measured.
     Setup(Setup),
-}
-
-/// Where the force acts, and along which axes of the sensors something is measured.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Setup {
-    /// Point of the tool at which the force acts, from the TCP, TCP axes, m.
-    pub point: [f64; 3],
-    /// True for each axis of the force that is measured. Along another one it is exactly 0.
-    pub force: [bool; 3],
-    /// True for each axis of the acceleration that is measured. The readings along another one are 0, and have no weight.
-    pub acceleration: [bool; 3],
-}
-
-impl Default for Setup {
-    fn default() -> Self {
-        Self { point: [0.0; 3], force: [true; 3], acceleration: [true; 3] }
-    }
 }
 
 /// Longest silence of all signals after which joint angles still hold, s. In a longer silence, as between two recordings, the robot

@@ -13,6 +13,7 @@ mod hull;
 mod parts;
 mod solid;
 mod stl;
+mod weld;
 
 use nalgebra::Vector3;
 

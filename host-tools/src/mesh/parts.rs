@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::f64::consts::PI;
 
 use super::hull::extent;
-use super::solid::cells;
+use super::weld::cells;
 use super::{Point, Triangle};
 
 /// Largest number of points of a part that tell whether it lies within another. Chosen: more than half of them decide.

@@ -6,10 +6,9 @@ use nalgebra::Matrix3;
 
 use super::hull::{extent, hull};
 use super::parts::outwards;
+use super::weld::{WELD, cells};
 use super::{MeshError, Point, Triangle};
 
-/// Part of the extent within which corners are one. Chosen: a hundred times the rounding of single precision.
-const WELD: f64 = 1e-5;
 /// Volume over that of the box around it, below which a mesh is flat: a sheet of a hundredth of a millimetre on a link of a metre.
 const FLAT: f64 = 1e-5;
 
@@ -79,13 +78,6 @@ impl Solid {
         let own = outwards(triangles).and_then(|all| Self::new(&all)).filter(fits);
         Ok(own.map_or((around, Outline::Nested), |own| (own, Outline::Closed)))
     }
-}
-
-/// The cell of a corner. Corners that lie together share one.
-pub(super) fn cells(triangles: &[Triangle]) -> impl Fn(&Point) -> [i64; 3] + use<> {
-    let (lower, upper) = extent(triangles.iter().flatten());
-    let step = WELD * (upper - lower).norm();
-    move |own: &Point| ((own - lower) / step).map(|own| own.round() as i64).into()
 }
 
 /// Returns whether each edge of the triangles is passed as often in one direction as in the other, as that of a closed surface. Corners that

@@ -8,6 +8,7 @@ mod arms;
 mod body;
 mod document;
 mod error;
+mod figures;
 mod meshes;
 mod pedestal;
 mod plausibility;
@@ -28,13 +29,12 @@ use document::Shapes;
 pub(crate) use document::{FIXED, Inertial, Joint, Link, Robot};
 pub use error::UrdfError;
 use error::{HEAVIEST_KG, shown};
+use figures::{INERTIA_ORDER, tidy};
 use meshes::Part;
 pub(crate) use plausibility::{Doubt, limits_in_degrees};
 use shapes::Drawn;
 use tree::Tree;
 
-/// Places of `[ixx, iyy, izz, ixy, ixz, iyz]` in the matrix.
-const INERTIA_ORDER: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)];
 /// Density of spindle, clamp, sensor and tool together, kg/m³. Chosen: half of steel.
 const PAYLOAD_DENSITY: f64 = 4000.0;
 
@@ -579,13 +579,6 @@ fn principal_moments(inertia: &Matrix3<f64>) -> [f64; 3] {
     let mut moments: [f64; 3] = inertia.symmetric_eigenvalues().into();
     moments.sort_by(f64::total_cmp);
     moments
-}
-
-/// The numbers rounded to 12 digits of the largest one, for a file that people read.
-fn tidy<const N: usize>(numbers: [f64; N]) -> [f64; N] {
-    let largest = numbers.iter().fold(f64::MIN_POSITIVE, |most, number| most.max(number.abs()));
-    let decimals = (11.0 - largest.log10().floor()).clamp(0.0, 300.0) as usize;
-    numbers.map(|number| format!("{number:.decimals$}").parse().unwrap_or(number) + 0.0)
 }
 
 fn one_line(text: &str) -> String {

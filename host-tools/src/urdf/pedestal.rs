@@ -5,7 +5,7 @@ use flexid_pipeline::model::{Kind, ModelJoint};
 use nalgebra::Matrix3;
 
 use super::body::Body;
-use super::{INERTIA_ORDER, tidy};
+use super::figures::{INERTIA_ORDER, tidy};
 
 /// Name of the fixed joint.
 pub(super) const NAME: &str = "pedestal";

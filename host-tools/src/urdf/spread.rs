@@ -8,7 +8,7 @@ use flexid_core::imperfection::BASE_OVER_MOVING;
 use flexid_pipeline::model::{MassAccuracy, ModelJoint, Tcp};
 use nalgebra::{Matrix3, Vector3};
 
-use super::{INERTIA_ORDER, tidy};
+use super::figures::{INERTIA_ORDER, tidy};
 
 /// Proportions of the bodies.
 #[derive(Clone, Copy)]

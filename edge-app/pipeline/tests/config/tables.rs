@@ -186,7 +186,7 @@ fn a_bag_needs_topics_alone() {
         "{error}"
     );
     let error = recorded(&text().replace("force = [\"Fx\", \"Fy\", \"Fz\"]", "")).unwrap_err();
-    assert_eq!(error, "edge.toml: [signals] key `force` is missing");
+    assert_eq!(error, "edge.toml: [signals] force names nothing: name an axis that is measured");
 }
 
 #[test]
