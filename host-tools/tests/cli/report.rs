@@ -5,7 +5,7 @@ use std::path::Path;
 
 use serde_json::Value;
 
-use crate::setup::{add_static_test, flexid, folder, found, json, stderr};
+use crate::setup::{add_static_test, fitted, flexid, folder, found, json, stderr};
 
 fn succeed(folder: &Path, arguments: &str) {
     let output = flexid(folder, arguments);
@@ -27,7 +27,7 @@ fn without_seconds(mut result: Value) -> Value {
 fn a_page_is_made_of_the_result_alone() {
     let folder = found();
     let folder = folder.path();
-    let found = json(folder, "o.json");
+    let (_, found) = fitted(folder);
     succeed(folder, "identify --config edge.toml o.log --json again.json --report page.html");
     assert_eq!(without_seconds(json(folder, "again.json")), without_seconds(found.clone()));
     succeed(folder, "report again.json --out again.html");
