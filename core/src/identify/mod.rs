@@ -225,6 +225,13 @@ impl<R: Rng> Identifier<R> {
 
     /// Continues with a changed set of experiments from where it stands, with a new budget of searches.
     pub fn renew<const B: usize>(&mut self, experiments: &[Experiment<B>]) {
+        self.starts = 0;
+        self.renew_noise(experiments);
+    }
+
+    /// Continues with the same experiments, whose noise has been [read again](Identifier::read_noise_again), from where it stands. The budget of
+    /// searches is that of the records: what is spent stays spent.
+    pub fn renew_noise<const B: usize>(&mut self, experiments: &[Experiment<B>]) {
         let branched = match mem::take(&mut self.purpose) {
             Purpose::Branch(_) | Purpose::Plant { from: FitStart::BranchOf(_), .. } => {
                 self.best.take()
@@ -243,7 +250,6 @@ impl<R: Rng> Identifier<R> {
         self.descent_end = None;
         self.is_explained_implausibly = false;
         self.tried = Tried::default();
-        self.starts = 0;
         self.prolongations = 0;
         if experiments.is_empty() {
             self.phase = Phase::Waiting;

@@ -25,7 +25,7 @@ impl<R> Identifier<R> {
     /// Reads the noise in `experiments` again, from the residuals of a settled `estimate`, which is that of `plant`, if there is one, or else
     /// the identifier's own. Tones are subtracted. Without new ones, the level is raised where the cut has more noise than the rest.
     ///
-    /// Returns whether that changes the experiments; then they are to be [renewed](Identifier::renew) and fitted again, up to
+    /// Returns whether that changes the experiments; then they are to be [renewed](Identifier::renew_noise) and fitted again, up to
     /// [`MAX_NOISE_ROUNDS`] times. Nothing is changed where the noise that is assumed explains the residuals. The level stays where no
     /// level that a cut may have explains them.
     // What the records show is large: inlined, it would take room on the stack of the caller.

@@ -2,8 +2,10 @@
 //!
 //! The damped sum of squares is a strictly convex quadratic of the step, and the step is its least point in the box. An active-set
 //! method finds it, from the standing point on (Stark and Parker, "Bounded-variable least-squares: an algorithm and applications",
-//! 1995): unknowns that meet an end of the box are held there, and released when the gradient points back inside. Every round lowers
-//! the quadratic, so that the gain it promises is never negative. The first unknowns, as far as they have no ends, are eliminated once, before
+//! 1995): unknowns that meet an end of the box are held there, and released when the gradient points back inside. All unknowns that a round
+//! leads beyond their ends are held at once where that lowers the quadratic (Moré and Toraldo, "On the solution of large quadratic programming
+//! problems with bound constraints", SIAM Journal on Optimization 1, 1991), else the first that meets its end. Every round lowers the
+//! quadratic, so that the gain it promises is never negative. The first unknowns, as far as they have no ends, are eliminated once, before
 //! all rounds.
 
 use fearless_simd::Level;
@@ -62,15 +64,24 @@ pub(crate) fn least_within<const L: usize, const N: usize>(
         let aim = solve_beside(level, &factor, open, &step, &held);
         // The part of the way to the aim that stays in the box, and the unknown that meets its end first.
         let (mut part, mut meets) = (1.0, None);
+        let mut clamped = step;
         for i in (0..unknowns).filter(|&i| !held[i]) {
             let [least, most] = room[i];
             let end = aim[i].max(least).min(most);
+            clamped[i] = end;
             if end != aim[i] {
                 let own = ((end - step[i]) / (aim[i] - step[i])).max(0.0);
                 if own < part {
                     (part, meets) = (own, Some((i, end)));
                 }
             }
+        }
+        if meets.is_some() && normal.gain(&clamped) > normal.gain(&step) {
+            for i in 0..unknowns {
+                held[i] |= clamped[i] != aim[i];
+            }
+            step = clamped;
+            continue;
         }
         for i in (0..unknowns).filter(|&i| !held[i]) {
             step[i] += part * (aim[i] - step[i]);

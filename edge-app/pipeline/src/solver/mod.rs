@@ -395,7 +395,7 @@ impl Solver {
                 return;
             }
             rounds += 1;
-            self.renew();
+            self.identifier.renew_noise(&self.experiments);
             while is_in_time(stop, &mut self.deadline) {
                 if matches!(self.step(), Phase::Settled | Phase::Waiting) {
                     break;

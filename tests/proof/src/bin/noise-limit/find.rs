@@ -115,8 +115,8 @@ pub(crate) fn settled_on_plant(
     ensure!(!experiments.is_empty(), "no record");
     let mut identifier = task.identifier(random)?;
     let mut plant = Box::new(Plant::new(accuracies, task.chain));
+    identifier.renew(&experiments);
     for round in 0.. {
-        identifier.renew(&experiments);
         while identifier.step_on_plant(&experiments, &mut plant) != Phase::Settled {}
         let found = identifier.estimate_of_plant(&experiments, &mut plant, || true);
         let found = found.context("a settled identifier without an estimate")?;
@@ -125,6 +125,7 @@ pub(crate) fn settled_on_plant(
         {
             return Ok(OnPlant { identifier, experiments, plant, found });
         }
+        identifier.renew_noise(&experiments);
     }
     unreachable!("the last round returns")
 }
