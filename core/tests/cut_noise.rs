@@ -9,7 +9,7 @@ use flexid_core::spectrum::Experiment;
 use flexid_core::stream::Record;
 
 use crate::common::fits::{
-    Generator, identifier, mean_square, parameters, relative, scores, settle,
+    Generator, go_on, identifier, mean_square, parameters, relative, scores, settle,
 };
 use crate::common::milling::{Conditions, SAMPLES, STEPS};
 use crate::common::{BINS, Random};
@@ -39,7 +39,8 @@ fn settle_and_read(
         if !identifier.read_noise_again(experiments, None, &last) {
             return [first, last];
         }
-        last = settle(identifier, experiments);
+        identifier.renew_noise(experiments);
+        last = go_on(identifier, experiments);
     }
     panic!("the noise changes for ever");
 }

@@ -64,7 +64,7 @@ impl<R: Rng> Identifier<R> {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use std::boxed::Box;
 
     use fearless_simd::Level;
@@ -83,7 +83,7 @@ mod tests {
         Judged { objective, ..Judged::of(&minimum(2000.0, 0.0).fit) }
     }
 
-    fn identifier() -> Box<Identifier<Xoshiro256PlusPlus>> {
+    pub(in crate::identify) fn identifier() -> Box<Identifier<Xoshiro256PlusPlus>> {
         let measurement = Measurement {
             band_hz: [5.0, 60.0],
             gravity: [0.0, 0.0, -9.8],

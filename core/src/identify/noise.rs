@@ -83,3 +83,20 @@ impl<R> Identifier<R> {
         refinement.unexplained(&problem, &estimate.coordinates, plant, experiment, record)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::deferred::tests::identifier;
+    use crate::spectrum::Experiment;
+
+    #[test]
+    fn the_budget_of_searches_is_that_of_the_records() {
+        let mut identifier = identifier();
+        let none: [Experiment<8>; 0] = [];
+        identifier.starts = 5;
+        identifier.renew_noise(&none);
+        assert_eq!(identifier.starts, 5);
+        identifier.renew(&none);
+        assert_eq!(identifier.starts, 0);
+    }
+}

@@ -53,6 +53,14 @@ pub(crate) fn settle(
     experiments: &[Experiment<BINS>],
 ) -> Estimate {
     identifier.renew(experiments);
+    go_on(identifier, experiments)
+}
+
+/// Works with renewed experiments until there is nothing left to do.
+pub(crate) fn go_on(
+    identifier: &mut Identifier<Generator>,
+    experiments: &[Experiment<BINS>],
+) -> Estimate {
     while identifier.step(experiments) != Phase::Settled {}
     identifier.estimate().expect("a settled identifier has an estimate").clone()
 }
