@@ -228,15 +228,20 @@ fn variables_of_matlab_are_read() {
     assert_eq!(error, "cut: is cut off or damaged: copy, save or record it again");
 }
 
-const MDF: [(&str, &[u8]); 4] = [
+const MDF: [(&str, &[u8]); 5] = [
     seed!("mdf/plain.mf4"),
     seed!("mdf/deflate.mf4"),
     seed!("mdf/transposed.mf4"),
     seed!("mdf/groups.mf4"),
+    seed!("mdf/motorola.mf4"),
 ];
 
-const TDMS: [(&str, &[u8]); 3] =
-    [seed!("tdms/whole.tdms"), seed!("tdms/segments.tdms"), seed!("tdms/daqmx.tdms")];
+const TDMS: [(&str, &[u8]); 4] = [
+    seed!("tdms/whole.tdms"),
+    seed!("tdms/segments.tdms"),
+    seed!("tdms/daqmx.tdms"),
+    seed!("tdms/big-endian.tdms"),
+];
 
 #[test]
 fn channels_of_data_acquisition_units_are_read() {
