@@ -15,7 +15,8 @@ pub(crate) const LOAD: [(&str, &str); 6] =
     [("fx", "N"), ("fy", "N"), ("fz", "N"), ("mx", "Nm"), ("my", "Nm"), ("mz", "Nm")];
 /// Columns of the point of a load.
 pub(crate) const LOAD_POINT: [&str; 3] = ["px", "py", "pz"];
-/// Largest distance of a point from the TCP along each axis, m. No robot holds a longer tool.
+/// Largest distance of a point from the TCP along each axis, m: the reach of the longest arms (FANUC M-2000iA, 4.7 m). In mm, a point on any tool is
+/// farther.
 const LARGEST_DISTANCE_M: f64 = 5.0;
 /// Largest load that is accepted, N or Nm. No robot bears more.
 pub(crate) const LARGEST_LOAD: f64 = 1e6;

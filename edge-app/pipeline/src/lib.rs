@@ -11,6 +11,10 @@
 //! | [`path`]: the tool's path, with forces   | [`check`]: frames to what is right and wrong in them, without a fit |
 #![forbid(unsafe_code)]
 
+// Its tests and those beside it share files.
+#[cfg(test)]
+extern crate self as flexid_pipeline;
+
 pub mod check;
 mod columns;
 pub mod config;

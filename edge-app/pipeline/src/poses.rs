@@ -1,4 +1,4 @@
-//! What tables do not hold, as people note it: joint angles, and where a hammer has struck. A table is in each line.
+//! Joint angles, and points and directions of hammer blows, as people note them beside their tables: a line for each table.
 //!
 //! ```text
 //! file,q1 [deg],q2 [deg],q3 [deg]
@@ -41,7 +41,7 @@ pub struct Poses {
     pub(crate) have_directions: [bool; 2],
 }
 
-/// What a line says of a cut.
+/// Pose and force of a cut, by its line.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Cut {
     /// Joint angles, strokes, rad (m), base first.

@@ -154,13 +154,15 @@ pub fn keeps<'a>(
     Ok(())
 }
 
-/// Checks that none of `outputs` is standard output, of a command that prints its table there.
+/// Checks that none of `outputs` is standard output, of a command that says something there.
 ///
 /// # Errors
 /// One of them is `-`.
 pub fn is_not_stdout<'a>(outputs: impl IntoIterator<Item = &'a Path>) -> Result<(), BadInput> {
     match outputs.into_iter().find(|file| *file == Path::new(STDOUT)) {
-        Some(file) => Err(BadInput::new(file, "standard output has the table: name a file")),
+        Some(file) => {
+            Err(BadInput::new(file, "standard output has what the command says: name a file"))
+        }
         None => Ok(()),
     }
 }

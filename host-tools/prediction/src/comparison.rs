@@ -190,10 +190,8 @@ pub fn compare(before: &Found, after: &Found) -> Result<Comparison, Incomparable
         curved[(i, i)] += (reach * reach / 2.0).powi(2);
     }
     let (distance_squared, freedoms) = mahalanobis(&difference, &curved);
-    if freedoms == 0 {
-        return Err(IncomparableError::Nothing);
-    }
-    let (quantile, chance) = chi_squared(distance_squared, freedoms);
+    let (quantile, chance) =
+        chi_squared(distance_squared, freedoms).ok_or(IncomparableError::Nothing)?;
     let deviations: Vec<f64> =
         (0..values.len()).map(|i| difference[i] / covariance[(i, i)].sqrt()).collect();
     let chances = holm(&deviations);
@@ -273,10 +271,10 @@ fn mahalanobis(difference: &DVector<f64>, covariance: &DMatrix<f64>) -> (f64, us
     (squares.iter().sum(), squares.len())
 }
 
-/// Quantile and chance of a χ² of so many degrees of freedom.
-fn chi_squared(value: f64, freedoms: usize) -> (f64, f64) {
-    let distribution = ChiSquared::new(freedoms as f64).expect("a degree of freedom or more");
-    (distribution.inverse_cdf(1.0 - OF_TEST), distribution.sf(value))
+/// Quantile and chance of a χ² of so many degrees of freedom. `None` without any.
+fn chi_squared(value: f64, freedoms: usize) -> Option<(f64, f64)> {
+    let distribution = ChiSquared::new(freedoms as f64).ok()?;
+    Some((distribution.inverse_cdf(1.0 - OF_TEST), distribution.sf(value)))
 }
 
 /// Chances of deviations as large as these, adjusted for their number by Holm's method.
@@ -321,7 +319,8 @@ mod tests {
         let (distance, freedoms) = mahalanobis(&DVector::from_vec(vec![1.0, 1.0]), &singular);
         assert!((distance - 1.0).abs() < 1e-12 && freedoms == 1, "{distance}");
         // A table of χ² has 9.35 and 0.0498 (Abramowitz and Stegun, table 26.7 and 26.8).
-        let (quantile, chance) = chi_squared(7.82, 3);
+        assert_eq!(chi_squared(1.0, 0), None);
+        let (quantile, chance) = chi_squared(7.82, 3).unwrap();
         assert!((quantile - 9.348).abs() < 1e-3 && (chance - 0.0499).abs() < 1e-4, "{chance}");
     }
 }

@@ -2,7 +2,6 @@
 
 use fearless_simd::Level;
 use flexid_core::search::{Search, Shrinking, Strategy};
-use flexid_simulation::validation;
 use nalgebra::Vector3;
 
 use super::Effort;
@@ -100,7 +99,7 @@ pub fn displacement(
     let shown = METHODS.iter().zip(outcomes).filter(|(method, _)| SHOWN.contains(&method.key));
     let models = shown.filter_map(|(method, outcome)| {
         let fitted = &outcome.as_ref()?.fitted;
-        let moved = validation::displacement(&study.chain, fitted, cut);
+        let moved = cut.response(&study.chain, fitted).displacement;
         Some((method.key.to_owned(), x(&moved)))
     });
     let pose: Vec<_> = cut.pose.iter().map(|angle| format!("{angle:.2}")).collect();

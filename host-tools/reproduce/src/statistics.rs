@@ -54,16 +54,14 @@ pub struct Mean {
 /// Fewer than two values, or one that is not finite.
 pub fn mean(values: &[f64]) -> Result<Mean, StatisticsError> {
     let count = values.len();
-    if count < 2 {
-        return Err(StatisticsError::TooFew(count));
-    }
+    let critical = critical(count)?;
     if let Some(index) = values.iter().position(|value| !value.is_finite()) {
         return Err(StatisticsError::NotFinite { index, value: values[index] });
     }
     let mean = values.iter().sum::<f64>() / count as f64;
     let squares: f64 = values.iter().map(|value| (value - mean).powi(2)).sum();
     let standard_deviation = (squares / (count - 1) as f64).sqrt();
-    let half = critical(count) * standard_deviation / (count as f64).sqrt();
+    let half = critical * standard_deviation / (count as f64).sqrt();
     Ok(Mean { count, mean, standard_deviation, interval: [mean - half, mean + half] })
 }
 
@@ -92,7 +90,7 @@ pub fn paired(first: &[f64], second: &[f64]) -> Result<Paired, StatisticsError> 
     } else {
         let error = difference.standard_deviation / (difference.count as f64).sqrt();
         // Differences that are all the same give an infinite t, which has no probability.
-        2.0 * student(difference.count).sf(difference.mean.abs() / error)
+        2.0 * student(difference.count)?.sf(difference.mean.abs() / error)
     };
     Ok(Paired { difference, p })
 }
@@ -100,13 +98,11 @@ pub fn paired(first: &[f64], second: &[f64]) -> Result<Paired, StatisticsError> 
 /// Probability that [`paired`] finds an effect (p < 0.05) with this many pairs, if `effect` is true and the
 /// differences have this standard deviation. It is NaN for NaN, and 0 for fewer than two pairs.
 pub fn power(effect: f64, standard_deviation: f64, pairs: usize) -> f64 {
-    if pairs < 2 {
-        return 0.0;
-    }
     let size = if effect == 0.0 { 0.0 } else { (effect / standard_deviation).abs() };
     let shift = size * (pairs as f64).sqrt();
-    let limit = critical(pairs);
-    (noncentral_t(-limit, pairs, shift) + noncentral_t(-limit, pairs, -shift)).clamp(0.0, 1.0)
+    let beyond =
+        |limit: f64| Ok(noncentral_t(-limit, pairs, shift)? + noncentral_t(-limit, pairs, -shift)?);
+    critical(pairs).and_then(beyond).map_or(0.0, |own| own.clamp(0.0, 1.0))
 }
 
 /// Fewest pairs with which [`paired`] has this power, or None beyond [`MAX_PAIRS`], for example without an effect.
@@ -123,23 +119,24 @@ pub fn pairs_for_power(effect: f64, standard_deviation: f64, wanted: f64) -> Opt
     Some(enough)
 }
 
-/// The distribution of t over `count` ≥ 2 values.
-fn student(count: usize) -> StudentsT {
-    StudentsT::new(0.0, 1.0, (count - 1) as f64).expect("a degree of freedom")
+/// The distribution of t over `count` values, two or more.
+fn student(count: usize) -> Result<StudentsT, StatisticsError> {
+    StudentsT::new(0.0, 1.0, count as f64 - 1.0).map_err(|_| StatisticsError::TooFew(count))
 }
 
-/// Value that |t| over `count` ≥ 2 values exceeds by chance in one case of twenty.
-fn critical(count: usize) -> f64 {
-    student(count).inverse_cdf(0.5 + 0.5 * CONFIDENCE)
+/// Value that |t| over `count` values exceeds by chance in one case of twenty.
+fn critical(count: usize) -> Result<f64, StatisticsError> {
+    Ok(student(count)?.inverse_cdf(0.5 + 0.5 * CONFIDENCE))
 }
 
-/// Probability that the noncentral t over `count` ≥ 2 values, shifted by `shift`, is below `t`. It integrates the
+/// Probability that the noncentral t over `count` values, two or more, shifted by `shift`, is below `t`. It integrates the
 /// definition (Z + shift) / (χ / √ν) over χ by Simpson's rule. N. L. Johnson, S. Kotz, N. Balakrishnan, "Continuous
 /// Univariate Distributions" 2, 2nd ed., chapter 31. `statrs` has only the central one.
-fn noncentral_t(t: f64, count: usize, shift: f64) -> f64 {
+fn noncentral_t(t: f64, count: usize, shift: f64) -> Result<f64, StatisticsError> {
     const STEPS: usize = 2000;
-    let freedom = (count - 1) as f64;
-    let chi = Chi::new((count - 1) as u64).expect("a degree of freedom");
+    let freedoms = count.saturating_sub(1);
+    let chi = Chi::new(freedoms as u64).map_err(|_| StatisticsError::TooFew(count))?;
+    let freedom = freedoms as f64;
     let normal = Normal::standard();
     // χ is at √ν ± 1/√2, with normal tails. Its density is one-sided at 0, hence 0 there.
     let [lower, upper] =
@@ -153,7 +150,7 @@ fn noncentral_t(t: f64, count: usize, shift: f64) -> f64 {
         };
         weight * chi.pdf(x) * normal.cdf(t * x / freedom.sqrt() - shift)
     };
-    step / 3.0 * (0..=STEPS).map(ordinate).sum::<f64>()
+    Ok(step / 3.0 * (0..=STEPS).map(ordinate).sum::<f64>())
 }
 
 #[cfg(test)]

@@ -88,7 +88,7 @@ impl<'a> TestStand<'a> {
     pub fn unseen_errors(&self, bushings: &[Bushing]) -> Vec<f64> {
         let Sampling { rate_hz, band_hz, .. } = self.study.scenario.measurement;
         let errors = self.robot.unseen.iter().flat_map(|unseen| {
-            let model = validation::displacement(&self.study.chain, bushings, &unseen.cut);
+            let model = unseen.cut.response(&self.study.chain, bushings).displacement;
             validation::displacement_error(&unseen.response.displacement, &model, rate_hz, band_hz)
         });
         errors.collect()

@@ -116,7 +116,7 @@ impl Response {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use nalgebra::Translation3;
     use rand_core::SeedableRng as _;
     use rand_xoshiro::Xoshiro256PlusPlus;
@@ -124,6 +124,16 @@ mod tests {
     use super::*;
     use crate::reference::mill3;
     use crate::validation::displacement_error;
+
+    /// The reference robot with joints that its weight turns over, and a cut under gravity.
+    pub(crate) fn limp() -> (Chain, [Bushing; 3], Cut) {
+        let (scenario, chain) = mill3();
+        let mut rng = Xoshiro256PlusPlus::seed_from_u64(1);
+        let (experiment, sampling) = (&scenario.experiments[0], &scenario.measurement);
+        let cut = Cut::new(experiment, &scenario.cutting, sampling, &mut rng);
+        let gravity = Vector3::new(0.0, 0.0, -9.80665);
+        (chain, [Bushing { stiffness: [1e3; 6], damping: [1e3; 6] }; 3], Cut { gravity, ..cut })
+    }
 
     /// The reference is the same cut with sixteen times as many steps.
     #[test]
@@ -152,14 +162,9 @@ mod tests {
 
     #[test]
     fn a_robot_that_gravity_leaves_no_rest_is_not_a_number() {
-        let (scenario, chain) = mill3();
-        let mut rng = Xoshiro256PlusPlus::seed_from_u64(1);
-        let sampling = &scenario.measurement;
-        let cut = Cut::new(&scenario.experiments[0], &scenario.cutting, sampling, &mut rng);
-        let cut = Cut { gravity: Vector3::new(0.0, 0.0, -9.80665), ..cut };
-        let limp = Bushing { stiffness: [1e3; 6], damping: [1e3; 6] };
-        let response = cut.response(&chain, &[limp; 3]);
-        let samples = cut.response(&chain, &scenario.truth).displacement.len();
+        let (chain, limp, cut) = limp();
+        let response = cut.response(&chain, &limp);
+        let samples = mill3().0.measurement.samples();
         assert!(!response.is_finite() && response.displacement.len() == samples);
     }
 

@@ -106,6 +106,7 @@ mod tests {
     use rand_xoshiro::Xoshiro256PlusPlus;
 
     use super::*;
+    use crate::experiment::tests::limp;
     use crate::reference::mill3;
     use crate::validation::displacement_error;
 
@@ -129,13 +130,9 @@ mod tests {
 
     #[test]
     fn a_robot_that_gravity_leaves_no_rest_is_not_a_number() {
-        let (scenario, chain) = mill3();
-        let mut rng = Xoshiro256PlusPlus::seed_from_u64(1);
-        let sampling = &scenario.measurement;
-        let cut = Cut::new(&scenario.experiments[0], &scenario.cutting, sampling, &mut rng);
-        let cut = Cut { gravity: Vector3::new(0.0, 0.0, -9.80665), ..cut };
-        let limp = Bushing { stiffness: [1e3; 6], damping: [1e3; 6] };
-        let found = displacement(&chain, &[limp; 3], &cut);
-        assert!(found.len() == sampling.samples() && found.iter().all(|own| own.x.is_nan()));
+        let (chain, limp, cut) = limp();
+        let found = displacement(&chain, &limp, &cut);
+        assert_eq!(found.len(), mill3().0.measurement.samples());
+        assert!(found.iter().all(|own| own.x.is_nan()));
     }
 }

@@ -30,12 +30,6 @@ pub struct ErrorSummary {
     pub max: f64,
 }
 
-/// Displacement of the TCP along its axes at the sample instants of `cut`, m, for a robot with `bushings`, from rest.
-/// It is NaN from the point at which the robot gives way.
-pub fn displacement(chain: &Chain, bushings: &[Bushing], cut: &Cut) -> Vec<Vector3<f64>> {
-    cut.response(chain, bushings).displacement
-}
-
 /// RMS(x − x̂) / RMS(x) of each direction in `band_hz` over the record.
 pub fn displacement_error(
     reference: &[Vector3<f64>],

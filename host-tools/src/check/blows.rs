@@ -7,8 +7,6 @@ use super::words::records;
 use super::{Finding, sensors};
 
 const ABOUT: &str = "blows";
-/// Longest time from a blow to one that is its rebound, s. Chosen: nobody strikes twice in half a second on purpose.
-const REBOUND_S: f64 = 0.5;
 
 /// Judges the blows of a survey.
 pub(super) fn judge(survey: &Survey) -> Vec<Finding> {
@@ -26,15 +24,14 @@ pub(super) fn judge(survey: &Survey) -> Vec<Finding> {
         let mend = "raise the range of the hammer's channel or strike softer, and leave these out";
         findings.push(Finding::new(Doubtful, sensors::ABOUT, finding, mend));
     }
-    let shortest = |blows: &Blows| blows.shortest_s().filter(|shortest| *shortest < REBOUND_S);
-    let double = numbers(&|blows| shortest(blows).is_some());
-    if let Some(shortest_s) = all().filter_map(|(_, blows)| shortest(blows)).reduce(f64::min) {
+    let double = numbers(&|blows| blows.rebound_s().is_some());
+    if let Some(shortest_s) = all().filter_map(|(_, blows)| blows.rebound_s()).reduce(f64::min) {
         let hits = of_records(&double, "a double hit", "double hits");
         let finding = format!("{hits}, {:.0} ms apart", 1e3 * shortest_s);
         let mend = "used as measured; a single blow shows more of the band";
         findings.push(Finding::new(Note, ABOUT, finding, mend));
     }
-    let several = numbers(&|blows| blows.peaks_s.len() > 1 && shortest(blows).is_none());
+    let several = numbers(&|blows| blows.peaks_s.len() > 1 && blows.rebound_s().is_none());
     if !several.is_empty() {
         let finding = format!("{} with several blows", records(&several));
         let mend = "used as measured; a record's length between two blows makes a record of each";

@@ -16,7 +16,7 @@
 //! | `source`      | logs that are no whole logs of `candump -L`                   |
 //! | `table`       | the findings as a table for people, `json` for scripts        |
 //!
-//! What frames hold is surveyed by [`flexid_pipeline::check`], with the thresholds of the daemon. The thresholds here stand at the top of
+//! [`flexid_pipeline::check`] surveys the content of frames, with the thresholds of the daemon. The thresholds here stand at the top of
 //! their file, each with its source.
 
 mod blows;

@@ -210,7 +210,8 @@ mod tests {
     fn a_robot_without_a_tool_is_doubtful() {
         let mut config = config();
         config.model.tcp.xyz_m = [0.0, 0.0, 0.009];
-        let at_joint = "the TCP lies at joint 'joint_3', so that no cut shows how that joint turns";
+        let at_joint =
+            "the TCP lies at joint 'joint_3', so that a cut has no lever to turn that joint";
         let all = judge(&config);
         assert!(all.iter().any(|it| it.severity == Doubtful && it.finding.starts_with(at_joint)));
     }

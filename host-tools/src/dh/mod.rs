@@ -8,8 +8,10 @@
 //! | standard (Denavit-Hartenberg) | turn z by θ, move z by d, move x by a, turn x by α | z of frame i − 1                  |
 //! | modified (Craig)              | turn x by α, move x by a, turn z by θ, move z by d | z of frame i                      |
 
+mod column;
 mod error;
 mod table;
+mod value;
 
 use nalgebra::{Isometry3, Matrix3, Translation3, UnitQuaternion, Vector3};
 

@@ -3,9 +3,12 @@
 //! A column (in TOML a key of `[[joint]]`) is a name with its unit, as `a [mm]`, `a (mm)` or `a_mm`; SI without one.
 
 use std::collections::BTreeMap;
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::TAU;
 
+use super::column::Column;
+use super::column::Quantity::{Angle, Length, Stroke};
 use super::error::DhError;
+use super::value::Value;
 
 /// A robot as a table.
 pub(super) struct Table {
@@ -45,67 +48,10 @@ pub(super) struct RowBody {
     pub(super) inertia: [f64; 6],
 }
 
-/// What a column holds.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Quantity {
-    Word,
-    Angle,
-    Length,
-    /// rad, or m of a sliding joint.
-    Stroke,
-    Mass,
-    Inertia,
-}
-use Quantity::{Angle, Inertia, Length, Mass, Stroke, Word};
-
-/// Names of columns.
-const COLUMNS: [(&str, Quantity); 18] = [
-    ("joint", Word),
-    ("type", Word),
-    ("theta", Angle),
-    ("d", Length),
-    ("a", Length),
-    ("alpha", Angle),
-    ("lower", Stroke),
-    ("upper", Stroke),
-    ("mass", Mass),
-    ("cx", Length),
-    ("cy", Length),
-    ("cz", Length),
-    ("ixx", Inertia),
-    ("iyy", Inertia),
-    ("izz", Inertia),
-    ("ixy", Inertia),
-    ("ixz", Inertia),
-    ("iyz", Inertia),
-];
-/// Those of the body beside its mass.
+/// Columns of the body beside its mass.
 const BODY: [&str; 9] = ["cx", "cy", "cz", "ixx", "iyy", "izz", "ixy", "ixz", "iyz"];
-/// Units and their SI values. Those of inertias have a letter more than they seem: what is no letter, digit or degree is left out.
-const UNITS: [(Quantity, &str, f64); 10] = [
-    (Angle, "rad", 1.0),
-    (Angle, "deg", PI / 180.0),
-    (Angle, "°", PI / 180.0),
-    (Length, "m", 1.0),
-    (Length, "cm", 1e-2),
-    (Length, "mm", 1e-3),
-    (Mass, "kg", 1.0),
-    (Inertia, "kgm2", 1.0),
-    (Inertia, "kgmm2", 1e-6),
-    (Inertia, "kgcm2", 1e-4),
-];
-/// Length of a parameter that no arm has, m: in mm, one of 60 mm is.
+/// Length of a parameter that no arm has, m: ten times the reach of the longest (FANUC M-2000iA, 4.7 m). In mm, 60 mm are more.
 const LONGEST: f64 = 50.0;
-
-/// A column's name, and the SI value of its unit.
-#[derive(Clone, Copy)]
-struct Column {
-    name: &'static str,
-    quantity: Quantity,
-    /// What its unit measures, if it has one.
-    unit: Option<Quantity>,
-    scale: f64,
-}
 
 /// Returns whether a text looks like a table of these parameters.
 pub(crate) fn is_table(text: &str) -> bool {
@@ -217,45 +163,6 @@ fn cells(
         }
     }
     Ok(cells)
-}
-
-impl Column {
-    /// The column of a heading such as `alpha [deg]` or `a_mm`.
-    fn new(heading: &str) -> Result<Self, String> {
-        let heading = heading.trim().trim_start_matches('\u{feff}');
-        let end = heading.find(|own: char| !own.is_alphanumeric()).unwrap_or(heading.len());
-        let (name, unit) = heading.split_at(end);
-        let name = match name.to_lowercase().as_str() {
-            "θ" => "theta".to_owned(),
-            "α" => "alpha".to_owned(),
-            "name" | "link" | "i" => "joint".to_owned(),
-            "kind" => "type".to_owned(),
-            own => own.to_owned(),
-        };
-        let Some(&(name, quantity)) = COLUMNS.iter().find(|(own, _)| *own == name) else {
-            let known: Vec<&str> = COLUMNS.iter().map(|(own, _)| *own).collect();
-            return Err(format!("column {heading:?} is none of {}", known.join(", ")));
-        };
-        let unit: String = unit
-            .replace('²', "2")
-            .chars()
-            .filter(|own| own.is_alphanumeric() || *own == '°')
-            .collect();
-        if unit.is_empty() || quantity == Word {
-            return Ok(Self { name, quantity, unit: None, scale: 1.0 });
-        }
-        let fits =
-            |own: Quantity| own == quantity || quantity == Stroke && matches!(own, Angle | Length);
-        let mut units = UNITS.iter().filter(|(own, ..)| fits(*own));
-        let known: Vec<&str> = units.clone().map(|(_, own, _)| *own).collect();
-        match units.find(|(_, own, _)| *own == unit) {
-            Some(&(own, _, scale)) => Ok(Self { name, quantity, unit: Some(own), scale }),
-            None => Err(format!(
-                "column {heading:?} has the unit {unit}: must be one of {}",
-                known.join(", ")
-            )),
-        }
-    }
 }
 
 impl Row {
@@ -380,69 +287,4 @@ impl Row {
             name,
         })
     }
-}
-
-/// What a cell says: the sum of its terms, and the variable of the joint beside them.
-#[derive(Clone, Copy, Default)]
-struct Value {
-    /// In the unit of the column.
-    number: f64,
-    /// Terms with π, rad.
-    of_pi: Option<f64>,
-    has_variable: bool,
-}
-
-/// Names of a joint's variable, which may be numbered.
-const VARIABLES: [&str; 4] = ["theta", "θ", "q", "d"];
-
-impl Value {
-    /// The value of a sum of numbers, parts of π as `3*pi/4`, and at most one variable, as in `q2 - 90` and `q1+pi/2`.
-    fn new(text: &str) -> Option<Self> {
-        let all = text.chars().filter(|own| !own.is_whitespace());
-        let text = all.collect::<String>().replace('π', "pi").to_lowercase();
-        let mut value = Self::default();
-        let mut rest = text.as_str();
-        while !rest.is_empty() {
-            let (term, after) = rest.split_at(end_of_term(rest));
-            rest = after;
-            let (sign, own) = match term.strip_prefix('-') {
-                Some(own) => (-1.0, own),
-                None => (1.0, term.strip_prefix('+').unwrap_or(term)),
-            };
-            if let Some((before, after)) = own.split_once("pi") {
-                let factor = match before.strip_suffix('*').unwrap_or(before) {
-                    "" => 1.0,
-                    own => own.parse().ok()?,
-                };
-                let divisor: f64 = match after.strip_prefix('/') {
-                    Some(own) => own.parse().ok()?,
-                    None if after.is_empty() => 1.0,
-                    None => return None,
-                };
-                *value.of_pi.get_or_insert_default() += sign * factor * PI / divisor;
-            } else if let Some(own) = VARIABLES.iter().find_map(|name| own.strip_prefix(name)) {
-                let is_number = own.trim_start_matches('_').chars().all(|own| own.is_ascii_digit());
-                if value.has_variable || sign < 0.0 || !is_number {
-                    return None;
-                }
-                value.has_variable = true;
-            } else {
-                value.number += sign * own.parse::<f64>().ok()?;
-            }
-        }
-        let is_finite = (value.number + value.of_pi.unwrap_or_default()).is_finite();
-        (!text.is_empty() && is_finite).then_some(value)
-    }
-}
-
-/// The end of the first term of a sum: the next sign that is not that of a power of ten.
-fn end_of_term(text: &str) -> usize {
-    let before = |at: usize| text.get(..at).unwrap_or_default();
-    let is_power = |at: usize| {
-        before(at)
-            .strip_suffix('e')
-            .is_some_and(|own| own.ends_with(|own: char| own.is_ascii_digit() || own == '.'))
-    };
-    let mut signs = text.char_indices().skip(1).filter(|(_, own)| ['+', '-'].contains(own));
-    signs.find(|(at, _)| !is_power(*at)).map_or(text.len(), |(at, _)| at)
 }

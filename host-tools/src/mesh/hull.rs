@@ -6,8 +6,8 @@ use std::collections::HashSet;
 
 use super::{Point, Triangle};
 
-/// Part of the extent by which points are moved. Chosen: a thousand times the rounding of single precision in a mesh of a link, and nothing of
-/// its volume.
+/// Part of the extent by which points are moved. Seventeen times the rounding of single precision, 2^-24, in a mesh, and nothing of its
+/// volume.
 const JOGGLE: f64 = 1e-6;
 /// Largest number of faces, at which the hull is taken as it is: one so fine misses half a per cent of a ball.
 const MOST_FACES: usize = 8_000;

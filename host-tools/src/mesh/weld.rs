@@ -3,7 +3,7 @@
 use super::hull::extent;
 use super::{Point, Triangle};
 
-/// Part of the extent within which corners are one. Chosen: a hundred times the rounding of single precision.
+/// Part of the extent within which corners are one. A hundred and seventy times the rounding of single precision, 2^-24.
 pub(super) const WELD: f64 = 1e-5;
 
 /// The cell of a corner. Corners that lie together share one.

@@ -211,7 +211,7 @@ fn log(name: &Path, bytes: impl Read + Send + 'static, config: &Config) -> Resul
     Ok(Log::Frames(Box::new(log)))
 }
 
-/// What is stated of the cuts of a table, if the poses are not columns of it.
+/// Poses of the cuts of a table, and blows, if the poses are not columns of it.
 fn poses(name: &Path, shown: &Path, config: &Config) -> Result<Option<Vec<Cut>>, BadInput> {
     let Some(poses) = &config.poses else { return Ok(None) };
     let own = poses.of(name);

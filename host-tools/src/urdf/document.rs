@@ -17,7 +17,7 @@ pub(crate) struct Link {
     pub(crate) name: String,
     /// `None` without `<inertial>`.
     pub(crate) inertial: Option<Inertial>,
-    /// What stands for the link against collisions, and what draws it. Empty where they are not asked for.
+    /// Shapes for collisions, then those for drawings. Empty where they are not asked for.
     pub(super) shapes: [Vec<Shape>; 2],
 }
 

@@ -178,7 +178,7 @@ pub enum UrdfError {
         link: String,
         /// The name in the file.
         file: String,
-        /// Where it was looked for, and what helps.
+        /// Places that were searched, and the mend.
         mend: String,
     },
     /// A mesh that gives no body.

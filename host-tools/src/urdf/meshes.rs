@@ -10,7 +10,8 @@ use flexid_pipeline::model::MassAccuracy;
 use super::body::Body;
 use super::spread::{Arm, of_length};
 
-/// Times the length of the arm that no link is across, nor smaller than it by. A mesh in mm is a thousand times too large.
+/// Lengths of the arm that no link is across, and by which not all links are smaller than it. A link of half the arm, in inches taken for m, is 20 across;
+/// in mm it is 500.
 const MOST_OVER_ARM: f64 = 20.0;
 /// Range of the mean density of a robot's meshes, kg/m³: three times beyond those of the 30 robots of `accuracy`, 970 to 3360.
 const DENSITY: [f64; 2] = [300.0, 10_000.0];
@@ -23,7 +24,7 @@ pub(super) struct Total<'a> {
     pub(super) option: &'a str,
 }
 
-/// What moves with a joint, or stands before the first.
+/// Bodies that move with a joint, or stand before the first.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Part {
     /// Bodies with a mass in the file.

@@ -86,7 +86,7 @@ fn of_tool(chain: &Chain, model: &Model) -> Option<Doubt> {
     let off_axis = tip - last.axis.dot(&tip) * last.axis.into_inner();
     let is_on_axis = model.joints.last()?.kind == Kind::Revolute && off_axis.norm() < TOOL_M;
     let finding = if tip.norm() < TOOL_M {
-        format!("the TCP lies at joint '{name}', so that no cut shows how that joint turns")
+        format!("the TCP lies at joint '{name}', so that a cut has no lever to turn that joint")
     } else if last.link.mass < SPINDLE_KG {
         format!("the link on joint '{name}' weighs {:.1} kg", last.link.mass)
     } else if FLANGES.contains(&model.tcp.name.as_str()) {
@@ -94,7 +94,7 @@ fn of_tool(chain: &Chain, model: &Model) -> Option<Doubt> {
     } else if is_on_axis {
         return Some(Doubt {
             finding: format!(
-                "the TCP lies on the axis of joint '{name}', so that no cut shows how that joint turns about it"
+                "the TCP lies on the axis of joint '{name}', so that a cut has no lever to turn that joint about it"
             ),
             mend: "right for a straight spindle, whose turning stiffness a torque in a static test shows",
             is_choice: true,

@@ -1,6 +1,6 @@
 //! The bodies of links by the shapes that the file has for them, at a density of 1.
 //!
-//! What stands for a link against collisions is closed more often than what draws it, and is taken where it has a mesh.
+//! Meshes for collisions are closed more often than those for drawings: they are taken where a link has some.
 
 use std::f64::consts::PI;
 use std::io::Read;
@@ -25,7 +25,7 @@ pub(super) struct Drawn {
     pub(super) size: f64,
     /// The shapes in words.
     pub(super) named: String,
-    /// What the engineer must know of them, one sentence each.
+    /// Warnings about them, one sentence each.
     pub(super) warnings: Vec<String>,
 }
 

@@ -1,5 +1,6 @@
 use std::f64::consts::FRAC_PI_2;
 
+use flexid_pipeline::model::Kind;
 use nalgebra::{Translation3, UnitQuaternion};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
@@ -100,7 +101,8 @@ fn published_arms_give_a_model_or_a_clear_reason() {
     assert_eq!((iiwa.model.joints.len(), &iiwa.warnings[..]), (7, &[bare][..]));
     assert!((mass(&iiwa) - 17.5).abs() < 0.1);
     let ur10e = arm("universal_ur10e", "tool0").unwrap();
-    let bare = "the TCP lies at joint 'wrist_3_joint', so that no cut shows how that joint turns";
+    let bare =
+        "the TCP lies at joint 'wrist_3_joint', so that a cut has no lever to turn that joint";
     assert_eq!(
         (ur10e.model.joints.len(), &ur10e.warnings[..]),
         (6, &[format!("{bare} ({mend})")][..])

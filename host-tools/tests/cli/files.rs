@@ -172,7 +172,7 @@ fn variants_of_these_robots_are_imported_or_named() {
             "<origin xyz=\"1.35 0 -0.30\" rpy=\"0 0 0\"/>",
             "<origin xyz=\"0 1.4 0\"/>",
             Warns(&[
-                "the TCP lies on the axis of joint 'joint_3', so that no cut shows how that joint turns about it",
+                "the TCP lies on the axis of joint 'joint_3', so that a cut has no lever to turn that joint about it",
             ]),
         ),
         (

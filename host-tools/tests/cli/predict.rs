@@ -203,7 +203,10 @@ fn an_export_says_that_a_file_is_written() {
     assert!(stdout(folder.path(), "export o.json --format mjcf --out -").contains("<mujoco"));
     assert!(!folder.path().join("-").exists());
     let message = refused(folder.path(), "compensate o.json path.csv --out -");
-    assert!(message.contains("standard output has the table: name a file"), "{message}");
+    assert!(
+        message.contains("standard output has what the command says: name a file"),
+        "{message}"
+    );
 }
 
 #[test]

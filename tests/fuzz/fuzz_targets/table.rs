@@ -3,14 +3,15 @@
 //! A refusal is one line. What is read has finite values, counters that go on, and times that do not go back.
 #![no_main]
 
+mod common;
+
 use std::path::Path;
 use std::sync::LazyLock;
-use std::time::Duration;
 
-use flexid_core::stream::Reading;
+use common::{is_line, read_all};
 use flexid_pipeline::model::Model;
 use flexid_pipeline::poses::{self, Cut};
-use flexid_pipeline::source::{Content, Flow, FrameSource, Layout, TableLog, table};
+use flexid_pipeline::source::{Layout, TableLog, table};
 use libfuzzer_sys::fuzz_target;
 
 static MODEL: LazyLock<Model> = LazyLock::new(|| {
@@ -28,11 +29,10 @@ static LAYOUT: LazyLock<Layout> = LazyLock::new(|| Layout {
 });
 
 fuzz_target!(|data: &[u8]| {
-    let is_line = |error: &str| assert!(!error.contains('\n'), "{error}");
     if let Ok(text) = str::from_utf8(data)
         && let Err(error) = poses::parse(Path::new("poses.csv"), text, &MODEL)
     {
-        is_line(&error.to_string());
+        is_line(&error);
     }
     let _ = table::is_like(data);
     let without = Layout { joints: Vec::new(), rate_hz: Some(1000.0), ..LAYOUT.clone() };
@@ -46,37 +46,13 @@ fuzz_target!(|data: &[u8]| {
         let mut log = match TableLog::open(Path::new("log"), data, layout, poses) {
             Ok(log) => log,
             Err(error) => {
-                is_line(&error.to_string());
+                is_line(&error);
                 continue;
             }
         };
         assert!(has_names);
         assert!(log.shown().rate_hz.is_none_or(|rate_hz| rate_hz > 0.0));
-        let mut arrivals = Vec::new();
-        let end = loop {
-            match log.read(&mut arrivals, Duration::ZERO) {
-                Ok(Flow::Open) => {}
-                end => break end,
-            }
-        };
-        if let Err(error) = end {
-            is_line(&error.to_string());
-        }
-        let lines = data.split(|&byte| byte == b'\n').count();
-        assert!(arrivals.len() <= 10 * lines, "{} of {lines} lines", arrivals.len());
-        let mut newest: [Option<u32>; 2] = [None; 2];
-        for arrival in &arrivals {
-            let Content::Reading(reading) = arrival.content else { panic!("a frame") };
-            match reading {
-                Reading::Force { counter, value } | Reading::Acceleration { counter, value } => {
-                    let place = usize::from(matches!(reading, Reading::Acceleration { .. }));
-                    assert!(value.iter().all(|value| value.is_finite()));
-                    assert_ne!(newest[place].replace(counter), Some(counter));
-                }
-                Reading::Joint { value, .. } => assert!(value.is_finite()),
-                Reading::Setup(_) => {}
-            }
-        }
-        assert!(arrivals.windows(2).all(|pair| pair[0].time_s <= pair[1].time_s));
+        let (readings, lines) = (read_all(&mut log), data.split(|&byte| byte == b'\n').count());
+        assert!(readings <= 10 * lines, "{readings} of {lines} lines");
     }
 });

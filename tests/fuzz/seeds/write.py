@@ -116,6 +116,13 @@ def mdf():
         mdf = MDF(version="4.10")
         mdf.append(signals(), comment="cut", common_timebase=True)
         mdf.save(folder / f"{name}.mf4", compression=compression, overwrite=True)
+    # Numbers whose greatest byte comes first (Motorola), as control units send them: floats and whole ones.
+    mdf = MDF(version="4.10")
+    motorola = signals()[:6]
+    for signal, kind in zip(motorola, [">i2", ">f8", ">i4", ">f4", ">f8", ">f8"]):
+        signal.samples = signal.samples.astype(kind)
+    mdf.append(motorola, comment="cut", common_timebase=True)
+    mdf.save(folder / "motorola.mf4", overwrite=True)
     # A group for each channel.
     mdf = MDF(version="4.20")
     for signal in signals()[:6]:
@@ -140,6 +147,30 @@ def tdms():
     write("whole.tdms", 1)
     write("segments.tdms", 4)
     daqmx(folder / "daqmx.tdms", names)
+    together(folder / "big-endian.tdms", names)
+
+
+def together(file, names):
+    """Two chunks of values of an instant together, the greatest byte first, which LabVIEW writes and no Python package. npTDMS reads it back."""
+    from nptdms import TdmsFile
+
+    def text(own):
+        return struct.pack(">I", len(own)) + own.encode()
+
+    described = struct.pack(">I", 6)
+    for name, unit, values in names:
+        index = struct.pack(">IIIQ", 20, 9 if values.dtype == np.float32 else 10, 1, ROWS // 2)
+        properties = text("wf_increment") + struct.pack(">Id", 10, 1e-3) + text("unit_string") + struct.pack(">I", 0x20) + text(unit)
+        described += text(f"/'cut'/'{name}'") + index + struct.pack(">I", 2) + properties
+    rows = np.empty(ROWS, dtype=[(name, values.dtype.newbyteorder(">")) for name, _, values in names])
+    for name, _, values in names:
+        rows[name] = values
+    rows = rows.tobytes()
+    contents = 1 << 1 | 1 << 2 | 1 << 3 | 1 << 5 | 1 << 6
+    lead = b"TDSm" + struct.pack("<I", contents) + struct.pack(">IQQ", 4713, len(described) + len(rows), len(described))
+    file.write_bytes(lead + described + rows)
+    for name, _, values in names:
+        assert np.array_equal(TdmsFile.read(file)["cut"][name][:], values), name
 
 
 def daqmx(file, names):

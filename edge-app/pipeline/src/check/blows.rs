@@ -5,14 +5,20 @@
 
 use flexid_core::stream::Record;
 
-/// Part of the largest force from which on the hammer touches. What rings on in a hammer is smaller. Chosen.
+/// Part of the largest force from which on the hammer touches. A second touch of this part changes the spectrum of the force by no more than it,
+/// 1 dB.
 const TOUCHES: f32 = 0.1;
 /// Standard deviations that noise does not exceed: once in two million samples.
 const NOISE: f32 = 5.0;
-/// Time without touch between two blows, s. A blow lasts 0.2 ms with a steel tip to 10 ms with a soft one, and is one arch.
+/// Time without touch between two blows, s. A blow is one arch; with a steel tip it lasts 0.2 ms.
 const APART_S: f64 = 2e-3;
-/// Largest part of a record in which the hammer touches: ten blows of 10 ms in four seconds. Beyond, it is a shaker. Chosen.
-const MOST: f64 = 0.025;
+/// Longest blow, s: that of a soft tip.
+const LONGEST_S: f64 = 10e-3;
+/// Blows that a hand strikes in a second, at most: as often as it taps. What comes faster has bounced.
+const FASTEST_HZ: f64 = 7.0;
+/// Largest part of a record in which a hammer touches. A shaker is above [`TOUCHES`] of its largest force for 94 % of the time with a sine, and for 69 %
+/// with normal noise that reaches four standard deviations.
+const MOST: f64 = FASTEST_HZ * LONGEST_S;
 
 /// Blows of a record.
 #[derive(Clone, Debug, PartialEq)]
@@ -59,9 +65,10 @@ impl Blows {
         })
     }
 
-    /// Returns the shortest time between two blows, s. `None` of one blow.
-    pub fn shortest_s(&self) -> Option<f64> {
-        self.peaks_s.windows(2).map(|pair| pair[1] - pair[0]).reduce(f64::min)
+    /// Returns the shortest time from a blow to one that no hand strikes so soon, s: the hammer has bounced. `None` if it has not.
+    pub fn rebound_s(&self) -> Option<f64> {
+        let apart = self.peaks_s.windows(2).map(|pair| pair[1] - pair[0]).reduce(f64::min);
+        apart.filter(|apart| *apart < 1.0 / FASTEST_HZ)
     }
 }
 
@@ -114,10 +121,12 @@ mod tests {
     fn blows_are_counted_and_cut_off_ones_are_seen() {
         let of = |blows: &[(f64, f64)], limit| Blows::of(&record(blows, limit)).unwrap();
         let one = of(&[(0.2, 500.0)], 1e3);
-        assert_eq!((one.peaks_s.len(), one.cut_off_n, one.shortest_s()), (1, None, None));
+        assert_eq!((one.peaks_s.len(), one.cut_off_n, one.rebound_s()), (1, None, None));
         assert!((one.peaks_s[0] - 0.2005).abs() < 2e-4, "{one:?}");
         let double = of(&[(0.2, 500.0), (0.235, 90.0)], 1e3);
-        assert!((double.shortest_s().unwrap() - 0.035).abs() < 4e-4, "{double:?}");
+        assert!((double.rebound_s().unwrap() - 0.035).abs() < 4e-4, "{double:?}");
+        let two = of(&[(0.2, 500.0), (0.4, 450.0)], 1e3);
+        assert_eq!((two.peaks_s.len(), two.rebound_s()), (2, None));
         assert_eq!(of(&[(0.2, 500.0)], 450.0).cut_off_n, Some(450.0));
     }
 

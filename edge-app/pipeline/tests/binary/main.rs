@@ -1,12 +1,14 @@
 //! Files that are no text, as other people's programs wrote them: `tests/fuzz/seeds/write.py` holds the cut that is in all of them.
 
-use std::path::Path;
-use std::time::Duration;
+#[path = "../readings/mod.rs"]
+mod readings;
 
-use flexid_core::stream::Reading;
+use std::path::Path;
+
 use flexid_pipeline::input::Binary;
-use flexid_pipeline::source::{Arrival, Content, Flow, FrameSource, Layout, TableLog, Topics};
+use flexid_pipeline::source::{Layout, TableLog, Topics};
 use proptest::prelude::*;
+use readings::{accelerations, all, angles, forces, layout};
 
 macro_rules! seed {
     ($file:literal) => {
@@ -21,56 +23,6 @@ const BAGS: [(&str, &[u8]); 4] = [
     seed!("bag/mcap-zstd.mcap"),
     seed!("bag/mcap-lz4.mcap"),
 ];
-
-fn layout(rate_hz: Option<f64>, joints: &[&str]) -> Layout {
-    let axes = ["Fx", "Fy", "Fz", "ax", "ay", "az"].map(str::to_owned);
-    let own = Layout { axes, joints: Vec::new(), rate_hz, base: None, topics: None };
-    with_joints(own, joints)
-}
-
-/// Everything that comes of a table, and the error behind it.
-fn all(mut table: TableLog<'_>) -> (Vec<Arrival>, Option<String>) {
-    let mut batch = Vec::new();
-    loop {
-        match table.read(&mut batch, Duration::ZERO) {
-            Ok(Flow::Open) => {}
-            Ok(Flow::Ended) => return (batch, None),
-            Err(error) => return (batch, Some(error.to_string())),
-        }
-    }
-}
-
-fn readings(arrivals: &[Arrival]) -> impl Iterator<Item = Reading> {
-    arrivals.iter().map(|arrival| match arrival.content {
-        Content::Reading(reading) => reading,
-        Content::Frame(_) => panic!("a frame"),
-    })
-}
-
-fn forces(arrivals: &[Arrival]) -> Vec<(u32, [f32; 3])> {
-    let force = |reading| match reading {
-        Reading::Force { counter, value } => Some((counter, value)),
-        _ => None,
-    };
-    readings(arrivals).filter_map(force).collect()
-}
-
-fn accelerations(arrivals: &[Arrival]) -> Vec<[f32; 3]> {
-    let acceleration = |reading| match reading {
-        Reading::Acceleration { value, .. } => Some(value),
-        _ => None,
-    };
-    readings(arrivals).filter_map(acceleration).collect()
-}
-
-/// The first angle of a joint.
-fn angle(arrivals: &[Arrival], joint: u8) -> Option<f64> {
-    let angle = |reading| match reading {
-        Reading::Joint { index, value } if index == joint => Some(value),
-        _ => None,
-    };
-    readings(arrivals).find_map(angle)
-}
 
 /// Names of the joints of a layout.
 fn with_joints(layout: Layout, names: &[&str]) -> Layout {
@@ -105,8 +57,8 @@ fn is_the_cut(name: &str, table: Result<TableLog<'_>, String>, has_joints: bool)
     let expected: Vec<_> = (0..40).map(|row| [0.5, row as f32 / 8.0, -9.5]).collect();
     assert_eq!(accelerations(&arrivals), expected, "{name}");
     if has_joints {
-        assert_eq!(angle(&arrivals, 0), Some(0.1), "{name}");
-        assert_eq!(angle(&arrivals, 1), Some(-0.2), "{name}");
+        assert_eq!(angles(&arrivals, 0)[0].1, 0.1, "{name}");
+        assert_eq!(angles(&arrivals, 1)[0].1, -0.2, "{name}");
     }
 }
 
@@ -273,18 +225,23 @@ fn variables_of_matlab_are_read() {
         "{error}"
     );
     let error = open_as(&MAT[0].1[..2000], &layout(None, &[])).err().unwrap();
-    assert_eq!(error, "cut: is cut off: save it again, or name another file");
+    assert_eq!(error, "cut: is cut off or damaged: copy, save or record it again");
 }
 
-const MDF: [(&str, &[u8]); 4] = [
+const MDF: [(&str, &[u8]); 5] = [
     seed!("mdf/plain.mf4"),
     seed!("mdf/deflate.mf4"),
     seed!("mdf/transposed.mf4"),
     seed!("mdf/groups.mf4"),
+    seed!("mdf/motorola.mf4"),
 ];
 
-const TDMS: [(&str, &[u8]); 3] =
-    [seed!("tdms/whole.tdms"), seed!("tdms/segments.tdms"), seed!("tdms/daqmx.tdms")];
+const TDMS: [(&str, &[u8]); 4] = [
+    seed!("tdms/whole.tdms"),
+    seed!("tdms/segments.tdms"),
+    seed!("tdms/daqmx.tdms"),
+    seed!("tdms/big-endian.tdms"),
+];
 
 #[test]
 fn channels_of_data_acquisition_units_are_read() {

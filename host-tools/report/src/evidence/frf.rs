@@ -207,7 +207,8 @@ impl Signals {
                 spectrum[first_bin + index] = Complex::new(re, im);
             }
             let mut signal = inverse.make_output_vec();
-            inverse.process(&mut spectrum, &mut signal).expect("buffers of the plan's lengths");
+            // The buffers have the plan's lengths. The spectrum of real numbers is real at both ends: an imaginary part there is left out.
+            let _ = inverse.process(&mut spectrum, &mut signal);
             let seconds = record.samples as f64 / record.rate_hz;
             signal.iter_mut().for_each(|value| *value /= seconds);
             signal
@@ -239,7 +240,8 @@ pub fn estimate(records: &[Signals], rate_hz: f64, segment: usize) -> Vec<Estima
     let transform = |signal: &[f64]| {
         let mut windowed: Vec<f64> = signal.iter().zip(&window).map(|(a, b)| a * b).collect();
         let mut spectrum = forward.make_output_vec();
-        forward.process(&mut windowed, &mut spectrum).expect("buffers of the plan's lengths");
+        // The buffers have the plan's lengths.
+        let _ = forward.process(&mut windowed, &mut spectrum);
         spectrum
     };
     let lines = segment / 2;

@@ -6,6 +6,8 @@
 use std::io::{self, BufReader, Read};
 use std::path::{Path, PathBuf};
 
+use flexid_core::imperfection::Accuracies;
+
 use super::layout::{Column, Columns, Layout, PERIOD, UNITS, is_named};
 use super::rates::{DIFFERS, two_rates};
 use super::row::{Row, RowSource};
@@ -13,10 +15,6 @@ use crate::input::BadInput;
 
 /// Largest file that is read, bytes: an hour and a half of nine channels at 10 kHz. It is held in memory, since a channel may stand in one piece.
 pub(super) const LARGEST: u64 = 4 << 30;
-/// Largest difference of the times of two groups that are the same instants, s. A quarter of the delay that is taken for typical
-/// (`Accuracies::typical` in core) changes no result.
-const SAME_S: f64 = 5e-6;
-
 /// A channel of a file.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Channel {
@@ -142,7 +140,10 @@ impl RowSource for Channels {
         };
         let time_s = cut.time.as_ref().map(at);
         if let Some(time_s) = time_s.filter(|time_s| !time_s.is_finite()) {
-            return Err(self.error(self.rows + 1, &format!("has {time_s} for its time")));
+            return Err(self.error(
+                self.rows + 1,
+                &format!("has {time_s} for its time: export or record the file again"),
+            ));
         }
         let axes = cut.axes.each_ref().map(|values| at(values) as f32);
         let axes = axes.map(|value| if value.is_finite() { value } else { f32::NAN });
@@ -283,7 +284,9 @@ fn simultaneous(one: Place, other: Place, layout: &Layout) -> Result<(), String>
     let time = |group: &Group| {
         group.channels.iter().find(|own| layout.is_time(&own.name)).map(|own| own.values.clone())
     };
-    let is_same = |one: f64, other: f64| (one - other).abs() <= SAME_S;
+    // Such a difference is a delay of the record, and the fit allows for one of this size.
+    let most_s = Accuracies::typical().record_delay;
+    let is_same = |one: f64, other: f64| (one - other).abs() <= most_s;
     let begin = one.1.begins_s.zip(other.1.begins_s);
     let is_one = std::ptr::eq(one.0, other.0);
     let are_same = match (time(one.0), time(other.0)) {

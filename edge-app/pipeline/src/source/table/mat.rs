@@ -8,6 +8,7 @@ use std::io::{self, Read};
 
 use flate2::read::ZlibDecoder;
 
+use super::bytes::{CutOff, Form, Number, Order, Reader, field};
 use super::channels::{Channel, Group, LARGEST, bounded};
 use super::layout::Layout;
 
@@ -32,23 +33,25 @@ pub(super) fn read(bytes: impl Read, layout: &Layout) -> Result<Vec<Group>, Stri
 fn variables(mut bytes: &mut dyn Read, layout: &Layout) -> Result<Vec<Group>, String> {
     let mut header = [0; 128];
     whole(bytes.read_exact(&mut header))?;
-    let is_big_endian = match &header[126..] {
-        b"IM" => false,
-        b"MI" => true,
-        _ => return Err("is damaged: its header does not say the order of bytes".into()),
+    let order = match &header[126..] {
+        b"IM" => Order::Little,
+        b"MI" => Order::Big,
+        _ => {
+            return Err(
+                "is damaged: its header does not say the order of bytes: save it again".into()
+            );
+        }
     };
     let mut group = Group::default();
-    while let Some(tag) = Tag::next(&mut bytes, is_big_endian)? {
+    while let Some(tag) = Tag::next(&mut bytes, order)? {
         let mut element = (&mut bytes).take(tag.length.into());
         match tag.kind {
-            MATRIX => group.channels.extend(variable(&mut element, is_big_endian, layout)?),
+            MATRIX => group.channels.extend(variable(&mut element, order, layout)?),
             COMPRESSED => {
                 let mut content = ZlibDecoder::new(&mut element).take(LARGEST);
-                if let Some(Tag { kind: MATRIX, length, .. }) =
-                    Tag::next(&mut content, is_big_endian)?
-                {
+                if let Some(Tag { kind: MATRIX, length, .. }) = Tag::next(&mut content, order)? {
                     let mut content = content.take(length.into());
-                    group.channels.extend(variable(&mut content, is_big_endian, layout)?);
+                    group.channels.extend(variable(&mut content, order, layout)?);
                 }
             }
             _ => {}
@@ -58,18 +61,16 @@ fn variables(mut bytes: &mut dyn Read, layout: &Layout) -> Result<Vec<Group>, St
         if whole(io::copy(&mut (&mut bytes).take(rest), &mut io::sink()))?
             < rest.min(tag.length.into())
         {
-            return Err(CUT_OFF.into());
+            return Err(CutOff.into());
         }
     }
     Ok(vec![group])
 }
 
-const CUT_OFF: &str = "is cut off: save it again, or name another file";
-
 fn whole<T>(read: io::Result<T>) -> Result<T, String> {
     read.map_err(|error| match error.kind() {
-        io::ErrorKind::UnexpectedEof => CUT_OFF.to_owned(),
-        _ => format!("is damaged: {error}"),
+        io::ErrorKind::UnexpectedEof => CutOff.into(),
+        _ => format!("is damaged: {error}: save it again"),
     })
 }
 
@@ -82,22 +83,19 @@ struct Tag {
 
 impl Tag {
     /// Reads the next tag. Returns `None` at the end.
-    fn next(bytes: &mut impl Read, is_big_endian: bool) -> Result<Option<Self>, String> {
+    fn next(bytes: &mut impl Read, order: Order) -> Result<Option<Self>, String> {
         let mut tag = Vec::new();
         whole(bytes.take(8).read_to_end(&mut tag))?;
-        let (Some(first), Some(second)) = (tag.first_chunk::<4>(), tag.last_chunk::<4>()) else {
-            return if tag.is_empty() { Ok(None) } else { Err(CUT_OFF.into()) };
-        };
-        if tag.len() < 8 {
-            return Err(CUT_OFF.into());
+        if tag.is_empty() {
+            return Ok(None);
         }
-        let number = |own: &[u8; 4]| {
-            if is_big_endian { u32::from_be_bytes(*own) } else { u32::from_le_bytes(*own) }
-        };
-        let (kind, length) = (number(first), number(second));
+        let mut reader = Reader::new(&tag, order);
+        let (kind, length) = (reader.u32()?, reader.u32()?);
         Ok(Some(match kind >> 16 {
             0 => Self { kind, length, small: None },
-            length => Self { kind: kind & 0xFFFF, length: length.min(4), small: Some(*second) },
+            length => {
+                Self { kind: kind & 0xFFFF, length: length.min(4), small: Some(field(&tag, 4)?) }
+            }
         }))
     }
 
@@ -120,33 +118,30 @@ impl Tag {
         whole(bytes.take(length.into()).read_to_end(&mut data))?;
         let rest = u64::from(self.length - length) + self.padding();
         whole(io::copy(&mut bytes.take(rest), &mut io::sink()))?;
-        if data.len() < length as usize { Err(CUT_OFF.into()) } else { Ok(data) }
+        if data.len() < length as usize { Err(CutOff.into()) } else { Ok(data) }
     }
 }
 
 /// Reads the channels of a variable. None if it is not numeric.
-fn variable(
-    bytes: &mut impl Read,
-    is_big_endian: bool,
-    layout: &Layout,
-) -> Result<Vec<Channel>, String> {
+fn variable(bytes: &mut impl Read, order: Order, layout: &Layout) -> Result<Vec<Channel>, String> {
     let mut next = || -> Result<(u32, Vec<u8>), String> {
-        let tag = Tag::next(bytes, is_big_endian)?.ok_or(CUT_OFF)?;
+        let tag = Tag::next(bytes, order)?.ok_or(CutOff)?;
         Ok((tag.kind, tag.data(bytes, HEAD)?))
     };
     let flags = next()?.1;
-    let class = flags.get(if is_big_endian { 3 } else { 0 }).copied().unwrap_or_default();
+    let class = flags.get(if order == Order::Big { 3 } else { 0 }).copied().unwrap_or_default();
     let (kind, sizes) = next()?;
     let sizes: Vec<usize> =
-        numbers(kind, &sizes, is_big_endian)?.into_iter().map(|own| own as usize).collect();
+        numbers(kind, &sizes, order)?.into_iter().map(|own| own as usize).collect();
     let name = String::from_utf8_lossy(&next()?.1).into_owned();
     let [rows, columns] = sizes[..] else { return Ok(Vec::new()) };
     if !NUMERIC.contains(&class) || rows == 0 || columns == 0 || name.is_empty() {
         return Ok(Vec::new());
     }
-    let tag = Tag::next(bytes, is_big_endian)?.ok_or(CUT_OFF)?;
+    let tag = Tag::next(bytes, order)?.ok_or(CutOff)?;
     let (count, stored) = (rows.checked_mul(columns), tag.length as usize);
-    if count.and_then(|count| count.checked_mul(size(tag.kind)?)) != Some(stored) {
+    let of_values = |count: usize| count.checked_mul(number(tag.kind)?.size());
+    if count.and_then(of_values) != Some(stored) {
         return Err(format!(
             "is damaged: {name} has {stored} bytes, which are not {rows} times {columns} values: save it again"
         ));
@@ -177,7 +172,7 @@ fn variable(
         if count.is_none_or(|count| count as u64 > LARGEST / 8) {
             return Err(format!("has more than 4 GiB of values in {name}: cut it"));
         }
-        numbers(tag.kind, &tag.data(bytes, u32::MAX)?, is_big_endian)?
+        numbers(tag.kind, &tag.data(bytes, u32::MAX)?, order)?
     } else {
         Vec::new()
     };
@@ -191,66 +186,58 @@ fn variable(
         .collect())
 }
 
-/// Returns the size of a number that is stored as this kind, bytes.
-fn size(kind: u32) -> Option<usize> {
-    Some(match kind {
-        1 | 2 => 1,
-        3 | 4 => 2,
-        5..=7 => 4,
-        9 | 12 | 13 => 8,
+/// Returns how numbers of this kind are stored. `None` if it is not known.
+fn number(kind: u32) -> Option<Number> {
+    let (form, bits) = match kind {
+        1 => (Form::Signed, 8),
+        2 => (Form::Unsigned, 8),
+        3 => (Form::Signed, 16),
+        4 => (Form::Unsigned, 16),
+        5 => (Form::Signed, 32),
+        6 => (Form::Unsigned, 32),
+        7 => (Form::Float, 32),
+        9 => (Form::Float, 64),
+        12 => (Form::Signed, 64),
+        13 => (Form::Unsigned, 64),
         _ => return None,
-    })
+    };
+    Some(Number { form, bits })
 }
 
 /// Returns numbers that are stored as this kind.
-fn numbers(kind: u32, data: &[u8], is_big_endian: bool) -> Result<Vec<f64>, String> {
-    fn all<const N: usize>(
-        data: &[u8],
-        is_big_endian: bool,
-        of: impl Fn([u8; N]) -> f64,
-    ) -> Vec<f64> {
-        let own = data.as_chunks::<N>().0.iter().map(|own| {
-            let mut own = *own;
-            if is_big_endian {
-                own.reverse();
-            }
-            of(own)
-        });
-        own.collect()
-    }
-    Ok(match kind {
-        1 => all(data, is_big_endian, |own| i8::from_le_bytes(own).into()),
-        2 => all(data, is_big_endian, |own| u8::from_le_bytes(own).into()),
-        3 => all(data, is_big_endian, |own| i16::from_le_bytes(own).into()),
-        4 => all(data, is_big_endian, |own| u16::from_le_bytes(own).into()),
-        5 => all(data, is_big_endian, |own| i32::from_le_bytes(own).into()),
-        6 => all(data, is_big_endian, |own| u32::from_le_bytes(own).into()),
-        7 => all(data, is_big_endian, |own| f32::from_le_bytes(own).into()),
-        9 => all(data, is_big_endian, f64::from_le_bytes),
-        12 => all(data, is_big_endian, |own| i64::from_le_bytes(own) as f64),
-        13 => all(data, is_big_endian, |own| u64::from_le_bytes(own) as f64),
-        _ => return Err(format!("is damaged: it has numbers of an unknown kind, {kind}")),
-    })
+fn numbers(kind: u32, data: &[u8], order: Order) -> Result<Vec<f64>, String> {
+    let number = number(kind).ok_or_else(|| {
+        format!("is damaged: it has numbers of an unknown kind, {kind}: save it again")
+    })?;
+    Ok(data.chunks_exact(number.size()).map(|own| number.value(order.bits(own))).collect())
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// A file of the variable `F` of this size, with whole numbers as values.
-    fn file(sizes: [u32; 2], values: &[u8]) -> Vec<u8> {
+    /// A file of the variable `F` of this size, with values that are stored as this kind.
+    fn file_in(order: Order, sizes: [u32; 2], kind: u32, values: &[u8]) -> Vec<u8> {
+        let whole = |own: u32| match order {
+            Order::Little => own.to_le_bytes(),
+            Order::Big => own.to_be_bytes(),
+        };
         let element = |kind: u32, data: &[u8]| {
-            let length = data.len() as u32;
-            let mut own = [&kind.to_le_bytes()[..], &length.to_le_bytes(), data].concat();
+            let mut own = [&whole(kind)[..], &whole(data.len() as u32), data].concat();
             own.resize(own.len().next_multiple_of(8), 0);
             own
         };
-        let sizes = sizes.map(u32::to_le_bytes).concat();
-        let parts = [(6, &[6, 0, 0, 0, 0, 0, 0, 0][..]), (5, &sizes), (1, b"F"), (2, values)];
+        let (flags, sizes) = ([6, 0].map(whole).concat(), sizes.map(whole).concat());
+        let parts = [(6, &flags[..]), (5, &sizes), (1, b"F"), (kind, values)];
         let matrix = element(MATRIX, &parts.map(|(kind, own)| element(kind, own)).concat());
         let mut header = [0; 128];
-        header[126..].copy_from_slice(b"IM");
+        header[126..].copy_from_slice(if order == Order::Big { b"MI" } else { b"IM" });
         [&header[..], &matrix].concat()
+    }
+
+    /// The same, with bytes as values.
+    fn file(sizes: [u32; 2], values: &[u8]) -> Vec<u8> {
+        file_in(Order::Little, sizes, 2, values)
     }
 
     fn layout(name: &str) -> Layout {
@@ -266,6 +253,21 @@ mod tests {
         assert_eq!(channels.len(), MOST + 1);
         assert_eq!(channels[MOST].name, "F(:,14)");
         assert_eq!(channels[MOST].values, [13.0; 17]);
+    }
+
+    #[test]
+    fn both_orders_of_bytes_are_read() {
+        let (little, big) = ([1.5, -2.0].map(f64::to_le_bytes), [1.5, -2.0].map(f64::to_be_bytes));
+        let (shorts, turned) = ([1, -2].map(i16::to_le_bytes), [1, -2].map(i16::to_be_bytes));
+        for (order, kind, values, expected) in [
+            (Order::Little, 9, little.concat(), [1.5, -2.0]),
+            (Order::Big, 9, big.concat(), [1.5, -2.0]),
+            (Order::Little, 3, shorts.concat(), [1.0, -2.0]),
+            (Order::Big, 3, turned.concat(), [1.0, -2.0]),
+        ] {
+            let groups = read(&*file_in(order, [1, 2], kind, &values), &layout("F")).unwrap();
+            assert_eq!(groups[0].channels[0].values, expected, "{order:?} {kind}");
+        }
     }
 
     #[test]

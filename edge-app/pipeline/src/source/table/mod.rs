@@ -14,6 +14,7 @@
 //! | ------------ | ----------------------------------------------- |
 //! | `row`        | what each kind of file gives                    |
 //! | `bag`        | bags of ROS 2 (MCAP)                            |
+//! | `bytes`      | numbers in either order of bytes                |
 //! | `channels`   | columns of files that hold each in one piece    |
 //! | `mat`        | variables of MATLAB                             |
 //! | `mdf`        | MF4                                             |
@@ -26,6 +27,7 @@
 //! | `instants`   | counters and times of the rows                  |
 
 mod bag;
+mod bytes;
 mod channels;
 mod instants;
 mod layout;
@@ -421,11 +423,10 @@ fn joint(time_s: f64, index: u8, value: f64) -> Arrival {
     Arrival { time_s, content: Content::Reading(Reading::Joint { index, value }) }
 }
 
-/// Returns the error of a row as one of the file, with the mend.
+/// Returns the error of a row as one of the file.
 fn bad_input(file: &Path, error: &io::Error) -> BadInput {
     let own = error.get_ref().and_then(|own| own.downcast_ref::<BadInput>());
-    let own = own.cloned().unwrap_or_else(|| BadInput::new(file, error));
-    BadInput { message: format!("{}: correct it, or export the table again", own.message), ..own }
+    own.cloned().unwrap_or_else(|| BadInput::new(file, error))
 }
 
 /// Refuses rows of which a sensor lacks many values: it has another rate than the other.

@@ -20,8 +20,8 @@ const BEFORE: usize = 256;
 const LATEST_S: f64 = 1e11;
 /// Most letters of a cell that an error shows.
 const SHOWN: usize = 40;
-/// The error of a last line that is no row and has no end.
-const CUT_OFF: &str = "the last line is cut off";
+/// Mend of a line that is no row.
+const MEND: &str = "correct it, or export the table again";
 
 /// Kind of a line that is not empty.
 enum Line {
@@ -144,7 +144,12 @@ impl<R: Read + Send> Rows<R> {
                     self.cells.split(line);
                     return Ok(Line::Other);
                 }
-                Err(error) => return Err(self.error(number, &format!("cannot be read: {error}"))),
+                Err(error) => {
+                    return Err(self.error(
+                        number,
+                        &format!("cannot be read: {error}: copy or export the table again"),
+                    ));
+                }
             }
         }
     }
@@ -212,7 +217,7 @@ impl<R: Read + Send> Rows<R> {
             Ok(None) => Ok(f64::NAN),
             Err(NoNumber) => {
                 let cell: String = text(cells.get(column.cell)).chars().take(SHOWN).collect();
-                Err(format!("column {:?} holds {cell:?}, and no number", name()))
+                Err(format!("column {:?} holds {cell:?}, and no number: {MEND}", name()))
             }
         };
         let time_s = columns
@@ -237,7 +242,7 @@ impl<R: Read + Send> Rows<R> {
             return if is_empty {
                 Ok(None)
             } else {
-                Err(format!("column {:?} holds no time", TIME.name))
+                Err(format!("column {:?} holds no time: {MEND}", TIME.name))
             };
         }
         let _ = self.widths.push(count);
@@ -269,7 +274,8 @@ impl<R: Read + Send> RowSource for Rows<R> {
                     Ok(None) => {}
                     Err(fault) => {
                         let is_cut_off = !self.lines.has_end;
-                        let fault = if is_cut_off { CUT_OFF.to_owned() } else { fault };
+                        let cut_off = || format!("the last line is cut off: {MEND}");
+                        let fault = if is_cut_off { cut_off() } else { fault };
                         let fault = self.error(self.lines.number, &fault);
                         self.skip_to_names(fault)?;
                         begins = true;

@@ -1,66 +1,25 @@
 //! Tables as programs write them, and tables with mistakes.
 
+#[path = "../../../tests/readings/mod.rs"]
+mod readings;
+
 use proptest::prelude::*;
 
 use super::*;
+use readings::{accelerations, all, angles, forces, layout};
 
 const FILE: &str = "cut.csv";
 const NAMES: &str = "time [s],Fx [N],Fy [N],Fz [N],ax [g],ay [g],az [g]\n";
 
-/// What is stated of cuts at these poses.
+/// Cuts at these poses.
 fn cuts(poses: Vec<Vec<f64>>) -> Option<Vec<Cut>> {
     Some(poses.into_iter().map(|pose| Cut { pose, ..Cut::default() }).collect())
-}
-
-fn layout(rate_hz: Option<f64>, joints: &[&str]) -> Layout {
-    let axes = ["Fx", "Fy", "Fz", "ax", "ay", "az"].map(str::to_owned);
-    let joints = joints.iter().map(|name| (name.to_string(), false)).collect();
-    Layout { axes, joints, rate_hz, base: None, topics: None }
 }
 
 /// Opens a table of which the config says neither rate nor joints.
 fn open(text: &[u8]) -> Result<TableLog<'_>, String> {
     TableLog::open(Path::new(FILE), text, &layout(None, &[]), None)
         .map_err(|error| error.to_string())
-}
-
-/// Everything that comes of a table, and the error behind it.
-fn all(mut table: TableLog<'_>) -> (Vec<Arrival>, Option<String>) {
-    let mut batch = Vec::new();
-    loop {
-        match table.read(&mut batch, Duration::ZERO) {
-            Ok(Flow::Open) => {}
-            Ok(Flow::Ended) => return (batch, None),
-            Err(error) => return (batch, Some(error.to_string())),
-        }
-    }
-}
-
-fn forces(arrivals: &[Arrival]) -> Vec<(u32, [f32; 3])> {
-    let force = |arrival: &Arrival| match arrival.content {
-        Content::Reading(Reading::Force { counter, value }) => Some((counter, value)),
-        _ => None,
-    };
-    arrivals.iter().filter_map(force).collect()
-}
-
-fn accelerations(arrivals: &[Arrival]) -> Vec<[f32; 3]> {
-    let acceleration = |arrival: &Arrival| match arrival.content {
-        Content::Reading(Reading::Acceleration { value, .. }) => Some(value),
-        _ => None,
-    };
-    arrivals.iter().filter_map(acceleration).collect()
-}
-
-/// Time and angle of a joint's readings.
-fn angles(arrivals: &[Arrival], joint: u8) -> Vec<(f64, f64)> {
-    let angle = |arrival: &Arrival| match arrival.content {
-        Content::Reading(Reading::Joint { index, value }) if index == joint => {
-            Some((arrival.time_s, value))
-        }
-        _ => None,
-    };
-    arrivals.iter().filter_map(angle).collect()
 }
 
 /// Rows `number,1,2,3,0,0,1` at 1 kHz.

@@ -28,15 +28,6 @@ struct Outcome {
     scores: Vec<f64>,
 }
 
-/// [`prove`] for the scenario of six joints.
-pub(crate) fn prove_of_six_joints(
-    study: &Study,
-    robots: usize,
-    details: bool,
-) -> Result<Vec<Figure>> {
-    prove(&Study::of_six_joints()?.beginning_at(study.first), robots, details)
-}
-
 /// The first robots of this scenario that do not give way.
 pub(crate) fn prove(study: &Study, robots: usize, details: bool) -> Result<Vec<Figure>> {
     let cuts = study.cuts();

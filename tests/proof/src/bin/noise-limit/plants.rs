@@ -69,15 +69,6 @@ struct Identified {
     over_oracle: f64,
 }
 
-/// [`prove`] for the scenario of six joints.
-pub(crate) fn prove_of_six_joints(
-    study: &Study,
-    robots: usize,
-    details: bool,
-) -> Result<Vec<Figure>> {
-    prove(&Study::of_six_joints()?.beginning_at(study.first), robots, details)
-}
-
 /// Plants of this scenario.
 pub(crate) fn prove(study: &Study, robots: usize, details: bool) -> Result<Vec<Figure>> {
     let cuts = study.cuts();

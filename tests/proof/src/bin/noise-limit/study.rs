@@ -64,6 +64,11 @@ impl Study {
         Self { first, ..self }
     }
 
+    /// The scenario of six joints, whose drawn plants begin with the same robot.
+    pub(crate) fn of_six(&self) -> Result<Self> {
+        Ok(Self::of_six_joints()?.beginning_at(self.first))
+    }
+
     /// The reference scenario, of three joints.
     pub(crate) fn load() -> Result<Self> {
         Self::of("mill3-edge.toml", Robots::WithinBounds, 3)

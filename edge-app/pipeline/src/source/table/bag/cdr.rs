@@ -2,6 +2,8 @@
 //!
 //! Four bytes say the order of bytes. Behind them each number begins at a multiple of its size, at most 8 in CDR and 4 in XCDR2.
 
+use super::super::bytes::{Order, Reader};
+
 /// Most joints of a message, far more than a robot has.
 const MOST_JOINTS: u32 = 1024;
 
@@ -51,7 +53,7 @@ impl Vector {
 
     /// Reads a message. Returns `None` if it is shorter, or no CDR.
     pub(super) fn read(self, message: &[u8]) -> Option<Stamped<[f64; 3]>> {
-        let mut reader = Reader::new(message)?;
+        let mut reader = Message::new(message)?;
         let stamp_ns = if self.has_header { reader.header()? } else { None };
         for _ in 0..self.before {
             reader.double()?;
@@ -68,7 +70,7 @@ pub(super) fn is_of_joints(name: &str) -> bool {
 /// Reads the positions of the joints of these names from a `sensor_msgs/JointState`, rad or m. Those that it does not have are NaN: a robot and
 /// its gripper may write in turn. Returns `None` if the message is shorter, or no CDR.
 pub(super) fn joints(message: &[u8], names: &[String]) -> Option<Stamped<Vec<f64>>> {
-    let mut reader = Reader::new(message)?;
+    let mut reader = Message::new(message)?;
     let stamp_ns = reader.header()?;
     let count = reader.count()?;
     let places: Vec<Option<usize>> = (0..count)
@@ -86,7 +88,7 @@ pub(super) fn joints(message: &[u8], names: &[String]) -> Option<Stamped<Vec<f64
 
 /// Returns the names of the joints of a `sensor_msgs/JointState`. Returns `None` if the message is shorter, or no CDR.
 pub(super) fn joint_names(message: &[u8]) -> Option<Vec<String>> {
-    let mut reader = Reader::new(message)?;
+    let mut reader = Message::new(message)?;
     reader.header()?;
     let count = reader.count()?;
     (0..count).map(|_| Some(String::from_utf8_lossy(reader.text()?).into_owned())).collect()
@@ -99,64 +101,39 @@ fn bare(name: &str) -> Option<(&str, &str)> {
 }
 
 /// Reads a message from its beginning.
-struct Reader<'a> {
-    /// The message without its first four bytes.
-    bytes: &'a [u8],
-    place: usize,
-    is_big_endian: bool,
-    /// Largest multiple at which a number begins.
-    alignment: usize,
-}
+struct Message<'a>(Reader<'a>);
 
-impl<'a> Reader<'a> {
+impl<'a> Message<'a> {
     fn new(message: &'a [u8]) -> Option<Self> {
         let (head, bytes) = message.split_first_chunk::<4>()?;
-        let (is_big_endian, alignment) = match head[..2] {
-            [0, 0] => (true, 8),
-            [0, 1] => (false, 8),
-            [0, 6] => (true, 4),
-            [0, 7] => (false, 4),
+        let (order, alignment) = match head[..2] {
+            [0, 0] => (Order::Big, 8),
+            [0, 1] => (Order::Little, 8),
+            [0, 6] => (Order::Big, 4),
+            [0, 7] => (Order::Little, 4),
             _ => return None,
         };
-        Some(Self { bytes, place: 0, is_big_endian, alignment })
-    }
-
-    /// Returns the next number of N bytes, the least byte first.
-    fn number<const N: usize>(&mut self) -> Option<[u8; N]> {
-        self.place = self.place.next_multiple_of(N.min(self.alignment));
-        let mut number = *self.bytes.get(self.place..)?.first_chunk::<N>()?;
-        self.place += N;
-        if self.is_big_endian {
-            number.reverse();
-        }
-        Some(number)
+        Some(Self(Reader::aligned(bytes, order, alignment)))
     }
 
     fn double(&mut self) -> Option<f64> {
-        self.number().map(f64::from_le_bytes)
-    }
-
-    fn whole(&mut self) -> Option<u32> {
-        self.number().map(u32::from_le_bytes)
+        self.0.f64().ok()
     }
 
     /// Returns the length of a sequence.
     fn count(&mut self) -> Option<u32> {
-        self.whole().filter(|count| *count <= MOST_JOINTS)
+        self.0.u32().ok().filter(|count| *count <= MOST_JOINTS)
     }
 
     /// Returns a text without its closing zero.
     fn text(&mut self) -> Option<&'a [u8]> {
-        let length = self.whole()? as usize;
-        let text = self.bytes.get(self.place..)?.get(..length)?;
-        self.place += length;
+        let text = self.0.text().ok()?;
         Some(text.strip_suffix(&[0]).unwrap_or(text))
     }
 
     /// Reads a header: the stamp, ns, and the name of a frame.
     fn header(&mut self) -> Option<Option<u64>> {
-        let seconds = self.whole()? as i32;
-        let nanoseconds = self.whole()?;
+        let (seconds, nanoseconds) = (self.0.u32().ok()? as i32, self.0.u32().ok()?);
         self.text()?;
         let stamp_ns =
             u64::try_from(seconds).ok().map(|own| own * 1_000_000_000 + u64::from(nanoseconds));

@@ -1,13 +1,15 @@
 //! Records of an MCAP file (mcap.dev/spec): those at its top and those in its chunks, in the order of the file. A chunk is held in memory, and
 //! nothing else.
 //!
-//! What can be read of a file that is cut off is read, also of its last chunk. The crate `mcap` is not used: of a chunk that contradicts itself it
+//! A file that is cut off is read as far as it goes, its last chunk too. The crate `mcap` is not used: of a chunk that contradicts itself it
 //! subtracts lengths with overflow, and it gives nothing of a chunk that is cut off.
 
 use std::io::{self, BufReader, Read};
 
 use lz4_flex::frame::FrameDecoder;
 use ruzstd::decoding::StreamingDecoder;
+
+use super::super::bytes::{CutOff, Order, Reader};
 
 const MAGIC: &[u8] = b"\x89MCAP0\r\n";
 /// Kinds of records.
@@ -72,8 +74,8 @@ impl<R: Read> Records<R> {
                 self.place = self.chunk.len();
                 return Err(io::Error::other("is damaged: a record is longer than its chunk"));
             }
-            let kind = self.read(1)?[0];
-            let length = number(&mut &self.read(8)?[..]).map_or(0, u64::from_le_bytes);
+            let head = self.read(9)?;
+            let (kind, length) = (head[0], Order::Little.bits(&head[1..]));
             match kind {
                 FOOTER | DATA_END => return Ok(None),
                 SCHEMA | CHANNEL | MESSAGE => {
@@ -100,12 +102,9 @@ impl<R: Read> Records<R> {
             return Err(io::Error::other("has a chunk of more than 256 MiB"));
         }
         let is_cut_off = (bytes.len() as u64) < length;
-        let mut rest = &bytes[..];
-        let (Some((length, crc, compression)), Some(_)) =
-            (chunk_header(&mut rest), number::<8>(&mut rest))
-        else {
-            return Err(cut_off());
-        };
+        let mut reader = Reader::new(&bytes, Order::Little);
+        let (length, crc, compression) = chunk_header(&mut reader).map_err(|_| cut_off())?;
+        let rest = reader.rest();
         (self.chunk, self.place) = (Vec::new(), 0);
         let unpacked = match &*compression {
             "" => rest.take(LONGEST).read_to_end(&mut self.chunk),
@@ -154,61 +153,50 @@ fn cut_off() -> io::Error {
 
 /// Returns the next record in a chunk, its kind and its body, or `None` if no whole one follows.
 fn within<'a>(chunk: &'a [u8], place: &mut usize) -> Option<(u8, &'a [u8])> {
-    let (kind, mut rest) = chunk.get(*place..)?.split_first()?;
-    let length = usize::try_from(u64::from_le_bytes(number(&mut rest)?)).ok()?;
-    let body = rest.get(..length)?;
+    let (kind, rest) = chunk.get(*place..)?.split_first()?;
+    let mut reader = Reader::new(rest, Order::Little);
+    let length = usize::try_from(reader.u64().ok()?).ok()?;
+    let body = reader.take(length).ok()?;
     *place += 9 + length;
     Some((*kind, body))
 }
 
-/// Returns the length of the content of a chunk, its checksum and its compression.
-fn chunk_header(rest: &mut &[u8]) -> Option<(u64, u32, String)> {
-    // The times of the first and the last message.
-    number::<16>(rest)?;
-    let length = number(rest).map(u64::from_le_bytes)?;
-    let crc = number(rest).map(u32::from_le_bytes)?;
-    Some((length, crc, text(rest)?))
+/// Reads the head of a chunk: the length of its content, bytes, its checksum and its compression.
+fn chunk_header(reader: &mut Reader) -> Result<(u64, u32, String), CutOff> {
+    let (_first_ns, _last_ns) = (reader.u64()?, reader.u64()?);
+    let (length, crc, compression) = (reader.u64()?, reader.u32()?, text(reader)?);
+    let _packed = reader.u64()?;
+    Ok((length, crc, compression))
 }
 
 /// Returns a record, or `None` if it is of another kind.
 fn parse(kind: u8, body: &[u8]) -> io::Result<Option<Record>> {
-    let mut rest = body;
+    let mut reader = Reader::new(body, Order::Little);
     let own = match kind {
-        SCHEMA => schema(&mut rest),
-        CHANNEL => channel(&mut rest),
-        MESSAGE => message(&mut rest),
+        SCHEMA => schema(&mut reader),
+        CHANNEL => channel(&mut reader),
+        MESSAGE => message(&mut reader),
         _ => return Ok(None),
     };
-    own.map(Some).ok_or_else(|| io::Error::other("is damaged: a record is shorter than it must be"))
+    own.map(Some)
+        .map_err(|CutOff| io::Error::other("is damaged: a record is shorter than it must be"))
 }
 
-fn schema(rest: &mut &[u8]) -> Option<Record> {
-    Some(Record::Schema { id: u16::from_le_bytes(number(rest)?), name: text(rest)? })
+fn schema(reader: &mut Reader) -> Result<Record, CutOff> {
+    Ok(Record::Schema { id: reader.u16()?, name: text(reader)? })
 }
 
-fn channel(rest: &mut &[u8]) -> Option<Record> {
-    let (id, schema) = (number(rest)?, number(rest)?);
-    let (id, schema) = (u16::from_le_bytes(id), u16::from_le_bytes(schema));
-    Some(Record::Channel { id, schema, topic: text(rest)?, encoding: text(rest)? })
+fn channel(reader: &mut Reader) -> Result<Record, CutOff> {
+    let (id, schema) = (reader.u16()?, reader.u16()?);
+    Ok(Record::Channel { id, schema, topic: text(reader)?, encoding: text(reader)? })
 }
 
-fn message(rest: &mut &[u8]) -> Option<Record> {
-    let channel = u16::from_le_bytes(number(rest)?);
-    let _sequence = number::<4>(rest)?;
-    let log_ns = u64::from_le_bytes(number(rest)?);
-    let _published = number::<8>(rest)?;
-    Some(Record::Message { channel, log_ns, data: rest.to_vec() })
+fn message(reader: &mut Reader) -> Result<Record, CutOff> {
+    let (channel, _sequence) = (reader.u16()?, reader.u32()?);
+    let (log_ns, _published_ns) = (reader.u64()?, reader.u64()?);
+    Ok(Record::Message { channel, log_ns, data: reader.rest().to_vec() })
 }
 
-fn number<const N: usize>(rest: &mut &[u8]) -> Option<[u8; N]> {
-    let (own, after) = rest.split_first_chunk::<N>()?;
-    *rest = after;
-    Some(*own)
-}
-
-fn text(rest: &mut &[u8]) -> Option<String> {
-    let length = u32::from_le_bytes(number(rest)?) as usize;
-    let (own, after) = rest.split_at_checked(length)?;
-    *rest = after;
-    Some(String::from_utf8_lossy(own).into_owned())
+fn text(reader: &mut Reader) -> Result<String, CutOff> {
+    reader.text().map(|own| String::from_utf8_lossy(own).into_owned())
 }
