@@ -133,6 +133,7 @@ mod tests {
     use std::path::Path;
 
     use flexid_pipeline::config::Config;
+    use flexid_pipeline::signals::Decoder;
     use rand_core::SeedableRng;
     use rand_xoshiro::Xoshiro256PlusPlus;
 
@@ -161,8 +162,9 @@ mod tests {
     fn readings(sent: &Transmission) -> Vec<Reading> {
         let table = signals();
         let mut readings = Vec::new();
+        let mut decoder = Decoder::new(&table);
         for timed in &sent.frames {
-            table.decode(&timed.frame, |reading| readings.push(reading)).unwrap();
+            decoder.decode(&timed.frame, |reading| readings.push(reading)).unwrap();
         }
         readings
     }

@@ -92,7 +92,7 @@ impl<R> Whole<R> {
         // The frames of another bus are taken only if the log has none of the interface.
         let is_taken = bus == self.interface || !self.has_interface;
         let is_short = matches!(
-            self.table.decode(&frame, |_| {}),
+            self.table.check(&frame),
             Err(NoReading::WrongLength { expected }) if frame.data().len() < usize::from(expected)
         );
         is_taken && is_short

@@ -7,9 +7,9 @@ use std::path::Path;
 use std::sync::LazyLock;
 
 use flexid_core::stream::Reading;
-use flexid_pipeline::config::{ForceAxes, SignalsSection};
+use flexid_pipeline::config::SignalsSection;
 use flexid_pipeline::model::Model;
-use flexid_pipeline::signals::SignalTable;
+use flexid_pipeline::signals::{Decoder, SignalTable};
 use flexid_pipeline::source::{Frame, FrameKind};
 use libfuzzer_sys::fuzz_target;
 
@@ -22,10 +22,10 @@ static MODEL: LazyLock<Model> = LazyLock::new(|| {
 static NAMES: LazyLock<SignalsSection> = LazyLock::new(|| SignalsSection {
     force: ["Fx", "Fy", "Fz"].map(String::from),
     force_counter: Some("ForceCounter".into()),
-    force_axes: ForceAxes::Tcp,
     acceleration: ["ax", "ay", "az"].map(String::from),
     acceleration_counter: Some("AccelerationCounter".into()),
     joints: Some(["q1", "q2", "q3"].map(String::from).into()),
+    ..SignalsSection::default()
 });
 
 fuzz_target!(|data: &[u8]| {
@@ -47,15 +47,16 @@ fuzz_target!(|data: &[u8]| {
     let force = Reading::Force { counter: u32::MAX, value: [1.0, -2.0, 1e30] };
     let acceleration = Reading::Acceleration { counter: 5, value: [0.0, -1e30, 9.0] };
     let joints = (0..3).map(|index| Reading::Joint { index, value: 0.1 });
+    let mut decoder = Decoder::new(&table);
     for reading in [force, acceleration].into_iter().chain(joints) {
         let frames = table.encode(&[reading]).unwrap();
         assert_eq!(frames.len(), 1);
         let mut found = 0;
-        table.decode(&frames[0], |read| found += u32::from(is_of(read, reading, mask))).unwrap();
+        decoder.decode(&frames[0], |read| found += u32::from(is_of(read, reading, mask))).unwrap();
         assert_eq!(found, 1, "{reading:?}");
         for size in 0..=8 {
             let tail = &data[data.len().saturating_sub(size)..];
-            let _ = table.decode(&Frame::new(frames[0].id, FrameKind::Data, tail), |_| {});
+            let _ = decoder.decode(&Frame::new(frames[0].id, FrameKind::Data, tail), |_| {});
         }
     }
 });

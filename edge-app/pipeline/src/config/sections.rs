@@ -65,6 +65,7 @@ pub struct SignalsSection {
     #[serde(default, deserialize_with = "one_or_three")]
     pub force: [String; 3],
     /// Signal that counts the instants in the force's message. A table has none: the number of the row counts.
+    /// Without it the frames are counted.
     pub force_counter: Option<String>,
     /// Axes of the force. A table may have it along those of the base.
     #[serde(default)]
@@ -72,8 +73,10 @@ pub struct SignalsSection {
     /// Signals of the acceleration along x, y, z of the TCP, as those of the force.
     #[serde(default, deserialize_with = "one_or_three")]
     pub acceleration: [String; 3],
-    /// Signal that counts the instants in the acceleration's message. A table has none.
+    /// Signal that counts the instants in the acceleration's message, as that of the force.
     pub acceleration_counter: Option<String>,
+    /// Clocks of force and acceleration. If left out, one that is common to both if both have a counter, else each its own.
+    pub clocks: Option<ClocksKey>,
     /// Signals of the angle or stroke of each joint, base first. Tables may have their poses in a file of their own.
     pub joints: Option<Vec<String>>,
 }
@@ -97,6 +100,16 @@ fn one_or_three<'de, D: Deserializer<'de>>(deserializer: D) -> Result<[String; 3
         }
     }
     deserializer.deserialize_any(Names)
+}
+
+/// Clocks by which force and acceleration are sampled.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum ClocksKey {
+    /// Equal counters count the same instant.
+    Common,
+    /// Each sensor has its own.
+    Own,
 }
 
 /// Topics of bags of ROS 2.

@@ -1,6 +1,6 @@
 //! Makes the table from signal names and a DBC file.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::{BTreeMap, HashSet};
 use std::path::Path;
 
 use can_dbc::{Dbc, MessageId, MultiplexIndicator, SignalExtendedValueType};
@@ -8,8 +8,9 @@ use embedded_can::{ExtendedId, Id, StandardId};
 use flexid_wire::bits::{ByteOrder, Signal};
 use flexid_wire::misfits::FrameId;
 
-use super::{Content, FINEST, Message, OtherAngle, SignalTable};
-use crate::config::SignalsSection;
+use super::message::{Content, Message};
+use super::{Clocks, FINEST, OtherAngle, SignalTable};
+use crate::config::{ClocksKey, SignalsSection};
 use crate::input::{self, BadInput};
 use crate::model::{Kind, Model};
 use crate::units::{ACCELERATION, ANGLE, FORCE, Quantity, STROKE};
@@ -62,22 +63,7 @@ impl SignalTable {
         }
         let dbc = parsed(&text).map_err(|mend| BadInput::new(dbc_file, mend))?;
         check_distinct(config, names)?;
-        let (Some(force_counter), Some(acceleration_counter)) =
-            (&names.force_counter, &names.acceleration_counter)
-        else {
-            let key = if names.force_counter.is_none() { "force" } else { "acceleration" };
-            return Err(BadInput::new(
-                config,
-                format!(
-                    "[signals] {key}_counter is missing: name the signal that counts the samples; only tables need none"
-                ),
-            ));
-        };
-        Lookup { config, dbc_file, dbc: &dbc }.table(
-            names,
-            [force_counter, acceleration_counter],
-            model,
-        )
+        Lookup { config, dbc_file, dbc: &dbc }.table(names, model)
     }
 }
 
@@ -148,35 +134,23 @@ struct Found<'a> {
 }
 
 impl<'a> Lookup<'a> {
-    fn table(
-        &self,
-        names: &SignalsSection,
-        [of_force, of_acceleration]: [&String; 2],
-        model: &Model,
-    ) -> Result<SignalTable, BadInput> {
-        let mut messages = HashMap::new();
-        let (force, counter_bits) = self.vector(
-            "force",
+    fn table(&self, names: &SignalsSection, model: &Model) -> Result<SignalTable, BadInput> {
+        let mut messages = BTreeMap::new();
+        let (force, force_bits) = self.vector(
+            (0, "force"),
             &names.force,
-            ("force_counter", of_force),
+            ("force_counter", names.force_counter.as_ref()),
             &FORCE,
             &mut messages,
-            |counter, axes| Content::Force { counter, axes },
         )?;
-        let (acceleration, acceleration_counter_bits) = self.vector(
-            "acceleration",
+        let (acceleration, acceleration_bits) = self.vector(
+            (1, "acceleration"),
             &names.acceleration,
-            ("acceleration_counter", of_acceleration),
+            ("acceleration_counter", names.acceleration_counter.as_ref()),
             &ACCELERATION,
             &mut messages,
-            |counter, axes| Content::Acceleration { counter, axes },
         )?;
-        if counter_bits != acceleration_counter_bits {
-            return Err(self.bad_dbc(format!(
-                "{of_force} has {counter_bits} bits and {of_acceleration} has {acceleration_counter_bits}: force and \
-                 acceleration are joined by their counters, which must be equally wide"
-            )));
-        }
+        let (clocks, counter_bits) = self.clocks(names, [force_bits, acceleration_bits])?;
         for (index, (name, joint)) in names.joints().iter().zip(model.driven()).enumerate() {
             let found = self.find("joints", name)?;
             let quantity = if joint.kind == Kind::Revolute { ANGLE } else { STROKE };
@@ -190,13 +164,44 @@ impl<'a> Lookup<'a> {
         let [ax, ay, az] = &names.acceleration;
         Ok(SignalTable {
             messages,
-            counter_bits: counter_bits.into(),
+            clocks,
+            counter_bits,
             force_resolution: coarsest(&force),
             acceleration_resolution: coarsest(&acceleration),
             axes: [axis(fx)?, axis(fy)?, axis(fz)?, axis(ax)?, axis(ay)?, axis(az)?],
             joints: names.joints().iter().map(axis).collect::<Result<_, _>>()?,
             other_angles: self.other_angles(names)?,
         })
+    }
+
+    /// Returns the clocks of force and acceleration, whose counters have so many `bits`, and the width of the counters that join them.
+    fn clocks(
+        &self,
+        names: &SignalsSection,
+        bits: [Option<u32>; 2],
+    ) -> Result<(Clocks, u32), BadInput> {
+        let [force, acceleration] = bits;
+        match (names.clocks, force, acceleration) {
+            (Some(ClocksKey::Common), None, _) | (Some(ClocksKey::Common), _, None) => {
+                let key = if force.is_none() { "force" } else { "acceleration" };
+                Err(self.bad_config(format!(
+                    "[signals] clocks is \"common\", and {key}_counter is missing: name the signal that counts the samples of both, or write \"own\""
+                )))
+            }
+            (None | Some(ClocksKey::Common), Some(force), Some(acceleration)) => {
+                if force != acceleration {
+                    let name = |name: &Option<String>| name.clone().unwrap_or_default();
+                    return Err(self.bad_dbc(format!(
+                        "{} has {force} bits and {} has {acceleration}: force and acceleration are joined by their counters, which \
+                         must be equally wide; if they do not count the same instants, write clocks = \"own\" in [signals]",
+                        name(&names.force_counter),
+                        name(&names.acceleration_counter),
+                    )));
+                }
+                Ok((Clocks::Common, force))
+            }
+            (None | Some(ClocksKey::Own), ..) => Ok((Clocks::Own(bits), 32)),
+        }
     }
 
     /// Returns the signals in a unit of angles that the config does not name.
@@ -258,32 +263,33 @@ impl<'a> Lookup<'a> {
         Ok(())
     }
 
-    /// Looks up three axes and their counter, which must share a message.
+    /// Looks up the three axes of a sensor, and its counter if it has one, which must share a message. Returns the axes, and the width of
+    /// the counter, bits.
     fn vector(
         &self,
-        key: &str,
+        (sensor, key): (usize, &str),
         names: &[String; 3],
-        (counter_key, counter_name): (&str, &str),
+        (counter_key, counter): (&str, Option<&String>),
         quantity: &Quantity,
-        messages: &mut HashMap<Id, Message>,
-        content: impl FnOnce(Signal, [Signal; 3]) -> Content,
-    ) -> Result<([Signal; 3], u8), BadInput> {
-        let counter_at = self.find(counter_key, counter_name)?;
-        let counter = self.counter(counter_at)?;
+        messages: &mut BTreeMap<Id, Message>,
+    ) -> Result<([Signal; 3], Option<u32>), BadInput> {
+        let (at_key, at_name) = counter.map_or((key, &names[0]), |counter| (counter_key, counter));
+        let at = self.find(at_key, at_name)?;
+        let counter = counter.map(|_| self.counter(at)).transpose()?;
         let axis = |name: &String| {
             let found = self.find(key, name)?;
-            if found.message.id != counter_at.message.id {
+            if found.message.id != at.message.id {
                 return Err(self.bad_config(format!(
-                    "[signals] {key}: {name:?} is in message {} and {counter_name:?} in {}: the three \
+                    "[signals] {key}: {name:?} is in message {} and {at_name:?} in {}: the three \
                      axes and their counter must share a message",
-                    found.message.name, counter_at.message.name
+                    found.message.name, at.message.name
                 )));
             }
             self.scaled(found, quantity)
         };
         let axes = [axis(&names[0])?, axis(&names[1])?, axis(&names[2])?];
-        self.add(counter_at, content(counter, axes), messages)?;
-        Ok((axes, counter.length))
+        self.add(at, Content::Sample { sensor, counter, axes }, messages)?;
+        Ok((axes, counter.map(|counter| counter.length.into())))
     }
 
     /// Finds a signal by its name. If several messages have a signal of that name, `MESSAGE.signal` says which one, with the name of the
@@ -435,7 +441,7 @@ impl<'a> Lookup<'a> {
         &self,
         Found { message, .. }: Found,
         content: Content,
-        messages: &mut HashMap<Id, Message>,
+        messages: &mut BTreeMap<Id, Message>,
     ) -> Result<(), BadInput> {
         let id = match message.id {
             MessageId::Standard(id) => StandardId::new(id).map(Id::from),
