@@ -3,6 +3,8 @@
 
 mod dbc;
 mod decoder;
+mod joining;
+mod map;
 mod message;
 
 use std::collections::BTreeMap;
@@ -14,7 +16,8 @@ use flexid_wire::misfits::FrameId;
 
 use crate::source::{Frame, FrameKind};
 pub use decoder::Decoder;
-use message::{Content, Message};
+use map::{Channels, MOST_CHANNELS, Map};
+use message::{Content, Message, Part};
 
 /// Smallest step of a signal that is accepted, SI units. The results that follow from smaller ones leave the range of floating point.
 pub(crate) const FINEST: f32 = 1e-12;
@@ -23,6 +26,10 @@ pub(crate) const FINEST: f32 = 1e-12;
 #[derive(Clone, Debug, PartialEq)]
 pub struct SignalTable {
     messages: BTreeMap<Id, Message>,
+    /// Force and acceleration.
+    sensors: [Sensor; 2],
+    /// Names of the values in the frames of each identifier.
+    names: BTreeMap<Id, Vec<String>>,
     /// Clocks of force and acceleration.
     pub clocks: Clocks,
     /// Width of the counters that join force and acceleration, bits; 32 where none do.
@@ -31,7 +38,7 @@ pub struct SignalTable {
     pub force_resolution: f32,
     /// Smallest step of the acceleration on its coarsest axis, m/s².
     pub acceleration_resolution: f32,
-    /// Names of the signals of force and acceleration, in the order of [`Limits`]. An axis that is not measured has an empty name, and a channel
+    /// Names of the signals of force and acceleration, in the order of [`Limits`], or of the axes that channels give. An axis that is not measured has an empty name, and a channel
     /// whose direction differs from cut to cut the name of all three.
     pub axes: [String; 6],
     /// Names of the signals of the joints, base first.
@@ -51,6 +58,17 @@ pub struct OtherAngle {
 
 /// True for each value of a frame that lies at the limit of its signal: force x, y, z, acceleration x, y, z.
 pub type Limits = [bool; 6];
+
+/// How a sensor's samples come.
+#[derive(Clone, Debug, Default, PartialEq)]
+struct Sensor {
+    /// Number of frames of a sample.
+    parts: usize,
+    /// True if each of them has the counter.
+    is_counted: bool,
+    /// From channels to axes. `None` where the channels are the axes.
+    map: Option<Map>,
+}
 
 /// Clocks of force and acceleration.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -73,7 +91,7 @@ pub enum NoReading {
     },
     /// The bus reports an error.
     ErrorFrame,
-    /// The identifier is known, but the frame has no classical data: it is a remote request or a CAN FD frame.
+    /// The identifier is known, but the frame has no data: it requests some.
     NotData,
 }
 
@@ -82,6 +100,8 @@ impl SignalTable {
     pub(crate) fn none() -> Self {
         Self {
             messages: BTreeMap::new(),
+            sensors: Default::default(),
+            names: BTreeMap::new(),
             clocks: Clocks::Common,
             counter_bits: 32,
             force_resolution: FINEST,
@@ -129,7 +149,7 @@ impl SignalTable {
         if self.is_of_columns() {
             return format!("{:?} {:?}", self.axes, self.joints);
         }
-        format!("{:?} {:?}", self.clocks, self.messages)
+        format!("{:?} {:?} {:?}", self.clocks, self.messages, self.sensors)
     }
 
     /// Returns the identifiers of the frames that are read: force, acceleration, then the joints, base first.
@@ -142,16 +162,9 @@ impl SignalTable {
         messages.into_iter().map(|(&id, _)| id).collect()
     }
 
-    /// Returns the names of the values in the frames of an identifier, without counters.
+    /// Returns the names of the values in the frames of an identifier, without counters that are not alone.
     pub fn names(&self, id: Id) -> Vec<&str> {
-        let contents = self.messages.get(&id).map_or(&[][..], |message| &message.contents);
-        let names = contents.iter().flat_map(|content| match content {
-            Content::Sample { sensor, .. } => &self.axes[3 * sensor..][..3],
-            Content::Joint { index, .. } => {
-                self.joints.get(usize::from(*index)).map_or(&[][..], std::slice::from_ref)
-            }
-        });
-        names.map(String::as_str).collect()
+        self.names.get(&id).into_iter().flatten().map(String::as_str).collect()
     }
 
     /// Returns the signal of the angle or stroke of a joint, counted from the base. Its scale is in rad (m).
@@ -165,20 +178,23 @@ impl SignalTable {
 
     /// Returns the step of the signal of a joint, rad (m); 0 if it is no signal of a frame.
     pub(crate) fn angle_step(&self, joint: usize) -> f64 {
-        self.joint(joint).map_or(0.0, |signal| signal.scale.abs())
+        self.joint(joint).map_or(0.0, Signal::step)
     }
 
     /// Returns whether the frames of an identifier carry force or acceleration.
     pub fn is_sampled(&self, id: Id) -> bool {
-        let is_of_sensor = |content: &Content| matches!(content, Content::Sample { .. });
-        self.messages.get(&id).is_some_and(|message| message.contents.iter().any(is_of_sensor))
+        self.parts(id).next().is_some()
     }
 
     /// Returns whether the frames of an identifier carry the counter of a sensor.
     pub(crate) fn is_counted(&self, id: Id) -> bool {
-        let is_counted =
-            |content: &Content| matches!(content, Content::Sample { counter: Some(_), .. });
-        self.messages.get(&id).is_some_and(|message| message.contents.iter().any(is_counted))
+        self.parts(id).any(|part| part.counter.is_some())
+    }
+
+    /// Returns what the frames of an identifier carry of force and acceleration.
+    fn parts(&self, id: Id) -> impl Iterator<Item = &Part> {
+        let message = self.messages.get(&id);
+        message.into_iter().flat_map(|message| &message.contents).filter_map(Content::part)
     }
 
     /// Returns the largest counter of the force or the acceleration (sensor 0, 1).
@@ -204,7 +220,7 @@ impl SignalTable {
             return Err(NoReading::ErrorFrame);
         }
         let message = self.messages.get(&frame.id).ok_or(NoReading::UnknownId)?;
-        if frame.kind != FrameKind::Data {
+        if frame.kind != FrameKind::Data || frame.data().is_empty() {
             return Err(NoReading::NotData);
         }
         if frame.data().len() != message.length {
@@ -213,9 +229,9 @@ impl SignalTable {
         Ok(message)
     }
 
-    /// Returns the frames that carry `readings`, in the order of the readings: one for each message that carries any of them.
-    /// Values are rounded to the nearest step and limited to the range of the signal. Counters wrap. Signals that are not given
-    /// are 0.
+    /// Returns the frames that carry `readings`, in the order of the readings, and those of one reading in the order of their identifiers: one for
+    /// each message that carries any of them. Values are rounded to the nearest step and limited to the range of the signal. Counters wrap.
+    /// Signals that are not given are 0.
     ///
     /// # Errors
     /// A value is NaN.
@@ -230,7 +246,7 @@ impl SignalTable {
                 };
                 let mut carries = false;
                 for content in &message.contents {
-                    carries |= content.encode(reading, &mut data)?;
+                    carries |= self.write(content, reading, &mut data)?;
                 }
                 match begun {
                     Some(index) => frames[index].1 = data,
@@ -240,6 +256,55 @@ impl SignalTable {
             }
         }
         Ok(frames.iter().map(|(id, data)| Frame::new(*id, FrameKind::Data, data)).collect())
+    }
+
+    /// Writes `reading` into `data` if this is its place. Returns whether it is.
+    fn write(
+        &self,
+        content: &Content,
+        reading: &Reading,
+        data: &mut [u8],
+    ) -> Result<bool, SignalError> {
+        let (of, counter, value) = match *reading {
+            Reading::Force { counter, value } => (0, counter, value),
+            Reading::Acceleration { counter, value } => (1, counter, value),
+            Reading::Joint { index: joint, value } => match content {
+                Content::Joint { index, value: angle } if *index == joint => {
+                    return angle.encode(value, data).map(|()| true);
+                }
+                _ => return Ok(false),
+            },
+            Reading::Setup(_) => return Ok(false),
+        };
+        let Some(part) = content.part().filter(|part| part.sensor == of) else { return Ok(false) };
+        part.write(counter, &self.sensors[of].channels(value.map(f64::from)), data)?;
+        Ok(true)
+    }
+}
+
+impl Sensor {
+    /// Returns the axes that these channels give.
+    fn axes(&self, channels: &Channels) -> [f64; 3] {
+        let [x, y, z, ..] = *channels;
+        self.map.as_ref().map_or([x, y, z], |map| map.axes(channels))
+    }
+
+    /// Returns channels that give these axes.
+    fn channels(&self, axes: [f64; 3]) -> Channels {
+        match &self.map {
+            Some(map) => map.channels(axes),
+            None => {
+                let mut channels = [0.0; MOST_CHANNELS];
+                channels[..3].copy_from_slice(&axes);
+                channels
+            }
+        }
+    }
+
+    /// Returns whether a channel goes into each axis.
+    fn takes(&self, channel: usize) -> [bool; 3] {
+        let own = || [0, 1, 2].map(|axis| axis == channel);
+        self.map.as_ref().map_or_else(own, |map| map.takes(channel))
     }
 }
 
@@ -271,7 +336,7 @@ mod tests {
 
     fn decode(table: &SignalTable, frame: &Frame) -> Result<Vec<Reading>, NoReading> {
         let mut readings = Vec::new();
-        Decoder::new(table).decode(frame, |reading| readings.push(reading)).map(|_| readings)
+        Decoder::new(table).decode(0.0, frame, |reading| readings.push(reading)).map(|_| readings)
     }
 
     #[test]
@@ -306,7 +371,7 @@ mod tests {
                     Reading::Acceleration { counter, .. } => counters.push((1, counter)),
                     _ => {}
                 };
-                decoder.decode(&frame, note).unwrap();
+                decoder.decode(0.0, &frame, note).unwrap();
             }
         }
         assert_eq!(counters, [(0, 0), (1, 65_534), (0, 1), (1, 7), (0, 2), (1, 8)]);
@@ -356,7 +421,7 @@ mod tests {
         assert_eq!(table.axes, ["Fx", "Fy", "Fz", "ax", "ay", "az"]);
         let limits = |reading| {
             let frames = table.encode(&[reading]).unwrap();
-            Decoder::new(&table).decode(&frames[0], |_| {}).unwrap()
+            Decoder::new(&table).decode(0.0, &frames[0], |_| {}).unwrap()
         };
         let (t, f) = (true, false);
         let force = Reading::Force { counter: 65_535, value: [5000.0, 3276.6, -5000.0] };
@@ -377,10 +442,11 @@ mod tests {
             (extended, FrameKind::Data, 8, NoReading::UnknownId),
             (extended, FrameKind::Error, 8, NoReading::ErrorFrame),
             (standard(0x101), FrameKind::Remote, 0, NoReading::NotData),
-            (standard(0x101), FrameKind::Fd, 8, NoReading::NotData),
+            (standard(0x101), FrameKind::Data, 0, NoReading::NotData),
+            (standard(0x101), FrameKind::Data, 12, NoReading::WrongLength { expected: 8 }),
         ];
         for (id, kind, length, reason) in cases {
-            let frame = Frame::new(id, kind, &[0; 8][..length]);
+            let frame = Frame::new(id, kind, &[0; 12][..length]);
             assert_eq!(decode(&table, &frame), Err(reason), "{frame:?}");
         }
     }

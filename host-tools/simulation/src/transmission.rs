@@ -85,13 +85,15 @@ pub fn transmit(
         let force = Reading::Force { counter, value: noisy(force, force_noise, rng) };
         let acceleration =
             Reading::Acceleration { counter, value: noisy(acceleration, acceleration_noise, rng) };
+        let mut sent = Vec::with_capacity(2);
         for (reading, lost) in [(force, &mut lost_force), (acceleration, &mut lost_acceleration)] {
             if happens(quality.drop, rng) {
                 *lost += 1;
             } else {
-                bus.send(ready_s, &signals.encode(&[reading])?);
+                sent.push(reading);
             }
         }
+        bus.send(ready_s, &signals.encode(&sent)?);
         if index % pose_every == 0 {
             let angle =
                 |(joint, &value): (usize, &f64)| Reading::Joint { index: joint as u8, value };
@@ -164,7 +166,7 @@ mod tests {
         let mut readings = Vec::new();
         let mut decoder = Decoder::new(&table);
         for timed in &sent.frames {
-            decoder.decode(&timed.frame, |reading| readings.push(reading)).unwrap();
+            decoder.decode(timed.time_s, &timed.frame, |reading| readings.push(reading)).unwrap();
         }
         readings
     }

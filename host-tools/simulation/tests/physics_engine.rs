@@ -69,11 +69,12 @@ fn recorded(config: &Config, folder: &Path, len: usize) -> Vec<[Samples; 2]> {
             let sample = usize::from((counter as u16).wrapping_sub(first));
             recorded[experiment][channel][sample] = Some(Vector3::from(value).cast());
         };
-        let decoded = decoder.decode(&arrival.frame().unwrap(), |reading| match reading {
-            Reading::Force { counter, value } => keep(0, counter, value),
-            Reading::Acceleration { counter, value } => keep(1, counter, value),
-            Reading::Joint { .. } | Reading::Setup(_) => {}
-        });
+        let decoded =
+            decoder.decode(arrival.time_s, &arrival.frame().unwrap(), |reading| match reading {
+                Reading::Force { counter, value } => keep(0, counter, value),
+                Reading::Acceleration { counter, value } => keep(1, counter, value),
+                Reading::Joint { .. } | Reading::Setup(_) => {}
+            });
         decoded.unwrap();
     }
     recorded

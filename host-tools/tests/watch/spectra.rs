@@ -131,7 +131,7 @@ fn the_numbers_are_those_of_the_simulated_cut() {
                 measured.iter_mut().zip(value).for_each(|(all, own)| all.push(own.into()));
             }
         };
-        decoder.decode(&frame.frame, take).unwrap();
+        decoder.decode(frame.time_s, &frame.frame, take).unwrap();
     }
     let frames =
         sent.frames.iter().map(|frame| Arrival::of_frame(START_S + frame.time_s, frame.frame));

@@ -19,7 +19,7 @@ use flexid_wire::text::clipped;
 use crate::config::Config;
 use crate::record::{Record, SAMPLES};
 use crate::signals::{Decoder, NoReading, SignalTable};
-use crate::source::{Arrival, Content, Flow, Frame, FrameKind, FrameSource};
+use crate::source::{Arrival, Content, Flow, Frame, FrameSource};
 use crate::unchecked;
 pub use counts::Counts;
 use misfit::Misfits;
@@ -135,7 +135,7 @@ impl<'a> Intake<'a> {
             });
         };
         let decoded = match content {
-            Content::Frame(frame) => Some((frame, decoder.decode(&frame, note))),
+            Content::Frame(frame) => Some((frame, decoder.decode(time_s, &frame, note))),
             Content::Reading(reading) => {
                 note(reading);
                 None
@@ -197,6 +197,7 @@ impl<'a> Intake<'a> {
         Counts {
             misfit: self.misfits.worst_since(&[]),
             standing_still: self.reading_faults.standing_still,
+            left_out: self.decoder.left_out(),
             not_finite: self.reading_faults.not_finite,
             implausible: self.plausibility.implausible(),
             stream: self.stream.health(),
@@ -299,8 +300,7 @@ fn count(frame: &Frame, reason: NoReading, counts: &mut Counts, misfits: &mut Mi
             counts.wrong_length += 1;
         }
         NoReading::NotData => {
-            let remote = frame.kind == FrameKind::Remote;
-            misfits.add(frame, if remote { MisfitKind::Remote } else { MisfitKind::Fd });
+            misfits.add(frame, MisfitKind::Remote);
             counts.not_data += 1;
         }
         NoReading::UnknownId => counts.unknown += 1,

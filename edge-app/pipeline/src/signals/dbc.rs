@@ -5,14 +5,16 @@ use std::path::Path;
 
 use can_dbc::{Dbc, MessageId, MultiplexIndicator, SignalExtendedValueType};
 use embedded_can::{ExtendedId, Id, StandardId};
-use flexid_wire::bits::{ByteOrder, Signal};
+use flexid_wire::bits::{ByteOrder, Number, Signal};
 use flexid_wire::misfits::FrameId;
 
-use super::message::{Content, Message};
-use super::{Clocks, FINEST, OtherAngle, SignalTable};
-use crate::config::{ClocksKey, SignalsSection};
+use super::map::{MOST_CHANNELS, Map};
+use super::message::{Content, Message, Part};
+use super::{Clocks, FINEST, OtherAngle, Sensor, SignalTable};
+use crate::config::{Axes, ChannelsSection, ClocksKey, SignalsSection};
 use crate::input::{self, BadInput};
 use crate::model::{Kind, Model};
+use crate::source::LONGEST_DATA;
 use crate::units::{ACCELERATION, ANGLE, FORCE, Quantity, STROKE};
 
 /// Widths of counters that are accepted, bits. A narrower counter wraps too often to separate a loss from a pause. Wider ones
@@ -20,6 +22,8 @@ use crate::units::{ACCELERATION, ANGLE, FORCE, Quantity, STROKE};
 const COUNTER_BITS: std::ops::RangeInclusive<u8> = 8..=32;
 /// Steps of a signal that are accepted, SI units. The results that follow from other steps leave the range of floating point.
 const STEPS: std::ops::RangeInclusive<f64> = FINEST as f64..=1e12;
+/// Lengths of CAN FD frames above those of classical ones, bytes.
+const FD_LENGTHS: [usize; 7] = [12, 16, 20, 24, 32, 48, LONGEST_DATA];
 /// Name of the message in which Vector's editor keeps signals without a message.
 const NO_MESSAGE: &str = "VECTOR__INDEPENDENT_SIG_MSG";
 
@@ -133,45 +137,78 @@ struct Found<'a> {
     signal: &'a can_dbc::Signal,
 }
 
+/// A signal that the config names.
+struct Named<'a> {
+    /// The name in the config.
+    name: &'a str,
+    found: Found<'a>,
+    layout: Signal,
+}
+
+/// What the config says of a sensor.
+struct Keys<'a> {
+    /// 0: force, 1: acceleration.
+    sensor: usize,
+    key: &'static str,
+    axes: &'a Axes,
+    counter: Option<&'a String>,
+    unit: Option<&'a String>,
+    quantity: Quantity,
+}
+
+/// A sensor that was looked up.
+struct Looked<'a> {
+    sensor: Sensor,
+    /// Names of the axes.
+    axes: [String; 3],
+    /// Step of the coarsest axis, SI units.
+    resolution: f32,
+    /// Width of the counter, bits.
+    counter_bits: Option<u32>,
+    named: Vec<Named<'a>>,
+}
+
 impl<'a> Lookup<'a> {
-    fn table(&self, names: &SignalsSection, model: &Model) -> Result<SignalTable, BadInput> {
-        let mut messages = BTreeMap::new();
-        let (force, force_bits) = self.vector(
-            (0, "force"),
-            &names.force,
-            ("force_counter", names.force_counter.as_ref()),
-            &FORCE,
-            &mut messages,
-        )?;
-        let (acceleration, acceleration_bits) = self.vector(
-            (1, "acceleration"),
-            &names.acceleration,
-            ("acceleration_counter", names.acceleration_counter.as_ref()),
-            &ACCELERATION,
-            &mut messages,
-        )?;
-        let (clocks, counter_bits) = self.clocks(names, [force_bits, acceleration_bits])?;
+    fn table(&self, names: &'a SignalsSection, model: &Model) -> Result<SignalTable, BadInput> {
+        let mut table = SignalTable::none();
+        let force = Keys {
+            sensor: 0,
+            key: "force",
+            axes: &names.force,
+            counter: names.force_counter.as_ref(),
+            unit: names.force_unit.as_ref(),
+            quantity: FORCE,
+        };
+        let acceleration = Keys {
+            sensor: 1,
+            key: "acceleration",
+            axes: &names.acceleration,
+            counter: names.acceleration_counter.as_ref(),
+            unit: names.acceleration_unit.as_ref(),
+            quantity: ACCELERATION,
+        };
+        let force = self.sensor(&force, &mut table)?;
+        let acceleration = self.sensor(&acceleration, &mut table)?;
+        (table.clocks, table.counter_bits) =
+            self.clocks(names, [force.counter_bits, acceleration.counter_bits])?;
+        let mut named: Vec<Named> = force.named.into_iter().chain(acceleration.named).collect();
         for (index, (name, joint)) in names.joints().iter().zip(model.driven()).enumerate() {
             let found = self.find("joints", name)?;
             let quantity = if joint.kind == Kind::Revolute { ANGLE } else { STROKE };
-            let value = self.scaled(found, &quantity)?;
+            let value = self.scaled(found, &quantity, None)?;
             let content = Content::Joint { index: index as u8, value };
-            self.add(found, content, &mut messages)?;
+            self.add(found.message, content, &[&found.signal.name], &mut table)?;
+            table.joints.push(found.signal.name.clone());
+            named.push(Named { name, found, layout: value });
         }
-        self.check_apart(names)?;
-        let axis = |name: &String| Ok::<_, BadInput>(self.find("", name)?.signal.name.clone());
-        let [fx, fy, fz] = &names.force;
-        let [ax, ay, az] = &names.acceleration;
-        Ok(SignalTable {
-            messages,
-            clocks,
-            counter_bits,
-            force_resolution: coarsest(&force),
-            acceleration_resolution: coarsest(&acceleration),
-            axes: [axis(fx)?, axis(fy)?, axis(fz)?, axis(ax)?, axis(ay)?, axis(az)?],
-            joints: names.joints().iter().map(axis).collect::<Result<_, _>>()?,
-            other_angles: self.other_angles(names)?,
-        })
+        self.check_apart(&named)?;
+        let mut axes = force.axes.into_iter().chain(acceleration.axes);
+        table.axes = std::array::from_fn(|_| axes.next().unwrap_or_default());
+        table.sensors = [force.sensor, acceleration.sensor];
+        table.force_resolution = force.resolution;
+        table.acceleration_resolution = acceleration.resolution;
+        table.other_angles = self.other_angles(&named);
+        Ok(table)
     }
 
     /// Returns the clocks of force and acceleration, whose counters have so many `bits`, and the width of the counters that join them.
@@ -205,12 +242,10 @@ impl<'a> Lookup<'a> {
     }
 
     /// Returns the signals in a unit of angles that the config does not name.
-    fn other_angles(&self, names: &SignalsSection) -> Result<Vec<OtherAngle>, BadInput> {
-        let named = names.all().map(|(key, name)| self.find(key, name));
-        let named = named.collect::<Result<Vec<_>, _>>()?;
+    fn other_angles(&self, named: &[Named]) -> Vec<OtherAngle> {
         let is_angle = |found: &Found| {
             ANGLE.size(&found.signal.unit).is_some()
-                && !named.iter().any(|other| std::ptr::eq(other.signal, found.signal))
+                && !named.iter().any(|own| std::ptr::eq(own.found.signal, found.signal))
         };
         let other = |Found { message, signal }: Found| {
             let id = match message.id {
@@ -219,7 +254,7 @@ impl<'a> Lookup<'a> {
             };
             OtherAngle { name: signal.name.clone(), id }
         };
-        Ok(self.all().filter(is_angle).map(other).collect())
+        self.all().filter(is_angle).map(other).collect()
     }
 
     /// All signals, without those that no message has.
@@ -231,65 +266,164 @@ impl<'a> Lookup<'a> {
 
     /// Checks that no bit has two meanings. No signal has two names, no two signals overlap, and no two messages share an
     /// identifier.
-    fn check_apart(&self, names: &SignalsSection) -> Result<(), BadInput> {
-        let mut seen: Vec<(&String, Found, u64)> = Vec::new();
-        for (key, name) in names.all() {
-            let found = self.find(key, name)?;
-            let Found { message, signal } = found;
+    fn check_apart(&self, named: &[Named]) -> Result<(), BadInput> {
+        let mut seen: Vec<(&Named, [u8; LONGEST_DATA])> = Vec::new();
+        for own in named {
+            let Found { message, signal } = own.found;
             let is_twin = |other: &&can_dbc::Message| {
                 other.id == message.id && !std::ptr::eq(*other, message)
             };
             if let Some(twin) = self.dbc.messages.iter().find(is_twin) {
                 return Err(self.share(message, twin));
             }
-            let bits = bits(&self.layout(found)?);
-            let here = seen.iter().filter(|(_, other, _)| other.message.id == message.id);
-            for (other_name, other, other_bits) in here {
-                if other.signal.name == signal.name {
+            let bits = bits(&own.layout);
+            let here = seen.iter().filter(|(other, _)| other.found.message.id == message.id);
+            for (other, other_bits) in here {
+                // One counter may be that of both sensors.
+                if std::ptr::eq(other.found.signal, signal) && other.name == own.name {
+                    continue;
+                }
+                if other.found.signal.name == signal.name {
                     return Err(self.bad_config(format!(
-                        "[signals] names {}.{} as {other_name:?} and as {name:?}: each signal has one meaning",
-                        message.name, signal.name
+                        "[signals] names {}.{} as {:?} and as {:?}: each signal has one meaning",
+                        message.name, signal.name, other.name, own.name
                     )));
                 }
-                if bits & other_bits != 0 {
+                if bits.iter().zip(other_bits).any(|(one, other)| one & other != 0) {
                     return Err(self.bad_dbc(format!(
                         "signals {} and {} of message {} overlap: mend start bit or length",
-                        other.signal.name, signal.name, message.name
+                        other.found.signal.name, signal.name, message.name
                     )));
                 }
             }
-            seen.push((name, found, bits));
+            seen.push((own, bits));
         }
         Ok(())
     }
 
-    /// Looks up the three axes of a sensor, and its counter if it has one, which must share a message. Returns the axes, and the width of
-    /// the counter, bits.
-    fn vector(
-        &self,
-        (sensor, key): (usize, &str),
-        names: &[String; 3],
-        (counter_key, counter): (&str, Option<&String>),
-        quantity: &Quantity,
-        messages: &mut BTreeMap<Id, Message>,
-    ) -> Result<([Signal; 3], Option<u32>), BadInput> {
-        let (at_key, at_name) = counter.map_or((key, &names[0]), |counter| (counter_key, counter));
-        let at = self.find(at_key, at_name)?;
-        let counter = counter.map(|_| self.counter(at)).transpose()?;
-        let axis = |name: &String| {
-            let found = self.find(key, name)?;
-            if found.message.id != at.message.id {
-                return Err(self.bad_config(format!(
-                    "[signals] {key}: {name:?} is in message {} and {at_name:?} in {}: the three \
-                     axes and their counter must share a message",
-                    found.message.name, at.message.name
-                )));
+    /// Looks up a sensor, and adds the frames of its samples to the table.
+    fn sensor(&self, keys: &Keys<'a>, table: &mut SignalTable) -> Result<Looked<'a>, BadInput> {
+        let &Keys { sensor, key, axes, unit, ref quantity, .. } = keys;
+        let channels: Vec<Named> = match &axes.channels {
+            Some(map) => {
+                let channel = |name: &'a String| {
+                    let found = self.find(key, name)?;
+                    Ok(Named { name, found, layout: self.layout(found)? })
+                };
+                map.channels.iter().map(channel).collect::<Result<_, BadInput>>()?
             }
-            self.scaled(found, quantity)
+            None => {
+                let axis = |name: &'a String| {
+                    let found = self.find(key, name)?;
+                    let layout = self.scaled(found, quantity, Some((key, unit)))?;
+                    Ok(Named { name, found, layout })
+                };
+                axes.names.iter().map(axis).collect::<Result<_, BadInput>>()?
+            }
         };
-        let axes = [axis(&names[0])?, axis(&names[1])?, axis(&names[2])?];
-        self.add(at, Content::Sample { sensor, counter, axes }, messages)?;
-        Ok((axes, counter.map(|counter| counter.length.into())))
+        let map = axes.channels.as_ref().map(|map| self.map(keys, map)).transpose()?;
+        let steps: Vec<f64> = channels.iter().map(|channel| channel.layout.step()).collect();
+        let steps = map.as_ref().map_or_else(|| steps.clone(), |map| map.steps(&steps).to_vec());
+        let resolution = steps.into_iter().fold(FINEST.into(), f64::max) as f32;
+        let names = match &axes.channels {
+            Some(_) => ["x", "y", "z"].map(|axis| format!("{key} {axis}")),
+            None => {
+                let mut names = channels.iter().map(|axis| axis.found.signal.name.clone());
+                std::array::from_fn(|_| names.next().unwrap_or_default())
+            }
+        };
+        let counters = self.counters(keys, &channels)?;
+        let counter_bits = counters.first().map(|counter| counter.layout.length.into());
+
+        // The frames of a sample, in the order of their identifiers.
+        let mut parts: BTreeMap<Id, &can_dbc::Message> = BTreeMap::new();
+        for own in channels.iter().chain(&counters) {
+            parts.insert(self.id(own.found.message)?, own.found.message);
+        }
+        let is_in = |message: &can_dbc::Message| {
+            let id = message.id;
+            move |own: &&Named| own.found.message.id == id
+        };
+        for (number, &message) in parts.values().enumerate() {
+            let counter = counters.iter().find(is_in(message));
+            let own = channels.iter().enumerate().filter(|(_, own)| is_in(message)(own));
+            let mut shown: Vec<&String> =
+                own.clone().map(|(_, own)| &own.found.signal.name).collect();
+            if shown.is_empty() {
+                shown.extend(counter.map(|counter| &counter.found.signal.name));
+            }
+            let part = Part {
+                sensor,
+                number,
+                counter: counter.map(|counter| counter.layout),
+                channels: own.map(|(channel, own)| (channel, own.layout)).collect(),
+            };
+            self.add(message, Content::Part(part), &shown, table)?;
+        }
+        let sensor = Sensor { parts: parts.len(), is_counted: counters.len() == parts.len(), map };
+        let named = channels.into_iter().chain(counters).collect();
+        Ok(Looked { sensor, axes: names, resolution, counter_bits, named })
+    }
+
+    /// Looks up the counter of a sensor with these `channels`. It is one signal, or a signal of this name in each frame of a sample.
+    fn counters(&self, keys: &Keys<'a>, channels: &[Named]) -> Result<Vec<Named<'a>>, BadInput> {
+        let Some(name) = keys.counter else { return Ok(Vec::new()) };
+        let counter = |found| Ok(Named { name, found, layout: self.counter(found)? });
+        let has_channel = |found: &Found| {
+            channels.iter().any(|channel| std::ptr::eq(channel.found.message, found.message))
+        };
+        let of_name: Vec<Found> = self.all().filter(|found| found.signal.name == *name).collect();
+        let is_in_each = channels.iter().all(|channel| {
+            let is_beside = |found: &&Found| std::ptr::eq(found.message, channel.found.message);
+            of_name.iter().filter(is_beside).count() == 1
+        });
+        if of_name.len() == 1 || !is_in_each {
+            return Ok(vec![counter(self.find(&format!("{}_counter", keys.key), name)?)?]);
+        }
+        let counters = of_name.into_iter().filter(has_channel).map(counter);
+        let counters: Vec<Named> = counters.collect::<Result<_, BadInput>>()?;
+        if counters.iter().any(|counter| counter.layout.length != counters[0].layout.length) {
+            return Err(self.bad_dbc(format!(
+                "counter {name} has several widths: one counts the frames of a sample"
+            )));
+        }
+        Ok(counters)
+    }
+
+    /// Returns the map from the channels of a sensor to its axes, SI units.
+    fn map(&self, keys: &Keys, map: &ChannelsSection) -> Result<Map, BadInput> {
+        let Keys { key, quantity, unit, .. } = keys;
+        let bad = |message: String| self.bad_config(format!("[signals] {key}: {message}"));
+        let size = match unit {
+            Some(unit) => self.size(key, unit, quantity)?,
+            None => 1.0,
+        };
+        let channels = map.channels.len();
+        if !(3..=MOST_CHANNELS).contains(&channels) {
+            return Err(bad(format!(
+                "channels names {channels}: three axes follow from 3 to {MOST_CHANNELS}"
+            )));
+        }
+        let rows = map.matrix.len();
+        let (3 | 6, Some([x, y, z])) = (rows, map.matrix.first_chunk()) else {
+            return Err(bad(format!(
+                "matrix has {rows} rows: must have three, that give x, y and z, or three further ones, that give moments and are left out"
+            )));
+        };
+        if let Some(row) = map.matrix.iter().find(|row| row.len() != channels) {
+            return Err(bad(format!(
+                "matrix has a row of {} numbers, and there are {channels} channels: write a number for each",
+                row.len()
+            )));
+        }
+        let offset = map.offset.unwrap_or_default();
+        if !map.matrix.iter().flatten().chain(&offset).all(|number| number.is_finite()) {
+            return Err(bad("matrix or offset has a number that is not finite".into()));
+        }
+        let columns = (0..channels).map(|channel| [x, y, z].map(|row| size * row[channel]));
+        Map::new(columns.collect(), offset.map(|axis| size * axis)).ok_or_else(|| {
+            bad("matrix does not tell x, y and z apart: its first three rows depend on each other".into())
+        })
     }
 
     /// Finds a signal by its name. If several messages have a signal of that name, `MESSAGE.signal` says which one, with the name of the
@@ -355,6 +489,11 @@ impl<'a> Lookup<'a> {
     fn counter(&self, found: Found) -> Result<Signal, BadInput> {
         let signal = self.layout(found)?;
         let name = &found.signal.name;
+        if signal.number == Number::Float {
+            return Err(self.bad_dbc(format!(
+                "counter {name} is a floating-point number: must be an integer"
+            )));
+        }
         if signal.scale != 1.0 || signal.offset != 0.0 {
             return Err(self.bad_dbc(format!(
                 "counter {name} has factor {} and offset {}: must be (1,0)",
@@ -372,25 +511,53 @@ impl<'a> Lookup<'a> {
         Ok(signal)
     }
 
-    /// Returns the layout of a signal, scaled to SI units.
-    fn scaled(&self, found: Found, quantity: &Quantity) -> Result<Signal, BadInput> {
+    /// Returns the layout of a signal, scaled to SI units. Where the DBC file has no unit that is known, the one that the config states for
+    /// this sensor counts.
+    fn scaled(
+        &self,
+        found: Found,
+        quantity: &Quantity,
+        stated: Option<(&str, Option<&String>)>,
+    ) -> Result<Signal, BadInput> {
         let signal = self.layout(found)?;
-        let (unit, what) = (found.signal.unit.trim(), quantity.name);
-        let Some(size) = quantity.size(unit) else {
-            return Err(self.bad_dbc(format!(
-                "signal {} has unit {unit:?}: {what} must be in one of {}",
-                found.signal.name,
-                quantity.known()
-            )));
+        let (name, unit, what) = (&found.signal.name, found.signal.unit.trim(), quantity.name);
+        let size = match (quantity.size(unit), stated) {
+            (None, Some((key, Some(stated)))) => self.size(key, stated, quantity)?,
+            (Some(size), Some((key, Some(stated)))) => {
+                if self.size(key, stated, quantity)? != size {
+                    return Err(self.bad_config(format!(
+                        "[signals] {key}_unit is {stated:?}, and signal {name} has unit {unit:?} in {}: leave it out",
+                        self.dbc_file.display()
+                    )));
+                }
+                size
+            }
+            (Some(size), _) => size,
+            (None, stated) => {
+                let mend = stated.map(|(key, _)| format!(", or state {key}_unit in [signals]"));
+                return Err(self.bad_dbc(format!(
+                    "signal {name} has unit {unit:?}: {what} must be in one of {}{}",
+                    quantity.known(),
+                    mend.unwrap_or_default()
+                )));
+            }
         };
         let in_si = Signal { scale: signal.scale * size, offset: signal.offset * size, ..signal };
         if !STEPS.contains(&in_si.scale.abs()) || !in_si.offset.is_finite() {
             return Err(self.bad_dbc(format!(
-                "signal {} has factor {:e} and offset {:e} ({unit}): no {what} is measured so",
-                found.signal.name, signal.scale, signal.offset
+                "signal {name} has factor {:e} and offset {:e} ({unit}): no {what} is measured so",
+                signal.scale, signal.offset
             )));
         }
         Ok(in_si)
+    }
+
+    /// Returns the size in SI units of a unit that the config states.
+    fn size(&self, key: &str, unit: &str, quantity: &Quantity) -> Result<f64, BadInput> {
+        quantity.size(unit).ok_or_else(|| {
+            let known = quantity.known();
+            self.bad_config(format!("[signals] {key}_unit is {unit:?}: must be one of {known}"))
+        })
     }
 
     /// Returns the layout of a signal, as the DBC file scales it.
@@ -398,17 +565,25 @@ impl<'a> Lookup<'a> {
         let name = &signal.name;
         if signal.multiplexer_indicator != MultiplexIndicator::Plain {
             return Err(self.bad_dbc(format!(
-                "signal {name} is multiplexed: flexid reads plain signals only"
+                "signal {name} is multiplexed: flexid reads plain signals only; set the sensor to frames of their own, or write the log as a table"
             )));
         }
-        if !matches!(
-            self.dbc.extended_value_type_for_signal(message.id, name),
-            None | Some(SignalExtendedValueType::SignedOrUnsignedInteger)
-        ) {
+        let float_bits = match self.dbc.extended_value_type_for_signal(message.id, name) {
+            Some(SignalExtendedValueType::IEEEfloat32Bit) => Some(32),
+            Some(SignalExtendedValueType::IEEEdouble64bit) => Some(64),
+            _ => None,
+        };
+        if let Some(bits) = float_bits.filter(|bits| *bits != signal.size) {
             return Err(self.bad_dbc(format!(
-                "signal {name} is a floating-point number: flexid reads scaled integers only"
+                "signal {name} has {} bits, and SIG_VALTYPE_ makes it a floating-point number of {bits}: correct one of them",
+                signal.size
             )));
         }
+        let number = match (float_bits, signal.value_type) {
+            (Some(_), _) => Number::Float,
+            (None, can_dbc::ValueType::Signed) => Number::Signed,
+            (None, can_dbc::ValueType::Unsigned) => Number::Unsigned,
+        };
         // The check refuses numbers that do not fit the types.
         let layout = Signal {
             start_bit: u16::try_from(signal.start_bit).unwrap_or(u16::MAX),
@@ -417,7 +592,7 @@ impl<'a> Lookup<'a> {
                 can_dbc::ByteOrder::LittleEndian => ByteOrder::Intel,
                 can_dbc::ByteOrder::BigEndian => ByteOrder::Motorola,
             },
-            signed: signal.value_type == can_dbc::ValueType::Signed,
+            number,
             scale: signal.factor,
             offset: signal.offset,
         };
@@ -427,36 +602,44 @@ impl<'a> Lookup<'a> {
         Ok(layout)
     }
 
+    /// Returns the number of bytes that the frames of a message have. Above 8 a CAN FD frame is filled up to the next length that there is.
     fn payload(&self, message: &can_dbc::Message) -> Result<usize, BadInput> {
-        match usize::try_from(message.size) {
-            Ok(bytes) if bytes <= 8 => Ok(bytes),
-            _ => Err(self.bad_dbc(format!(
-                "message {} has {} bytes: flexid reads classical CAN frames, of at most 8",
+        let size = usize::try_from(message.size).unwrap_or(usize::MAX);
+        let fits = (0..=8).chain(FD_LENGTHS).find(|length| *length >= size);
+        fits.ok_or_else(|| {
+            self.bad_dbc(format!(
+                "message {} has {} bytes: a CAN FD frame has at most {LONGEST_DATA}",
                 message.name, message.size
-            ))),
-        }
+            ))
+        })
     }
 
-    fn add(
-        &self,
-        Found { message, .. }: Found,
-        content: Content,
-        messages: &mut BTreeMap<Id, Message>,
-    ) -> Result<(), BadInput> {
+    fn id(&self, message: &can_dbc::Message) -> Result<Id, BadInput> {
         let id = match message.id {
             MessageId::Standard(id) => StandardId::new(id).map(Id::from),
             MessageId::Extended(id) => ExtendedId::new(id).map(Id::from),
         };
-        let id = id.ok_or_else(|| {
+        id.ok_or_else(|| {
             self.bad_dbc(format!(
                 "message {} has identifier {}: above 2047 it is extended, written with 2147483648 added",
                 message.name,
                 message.id.raw()
             ))
-        })?;
-        let length = self.payload(message)?;
-        let entry = messages.entry(id).or_insert(Message { length, contents: Vec::new() });
-        entry.contents.push(content);
+        })
+    }
+
+    /// Adds what a message carries to the table, and the names of its values.
+    fn add(
+        &self,
+        message: &can_dbc::Message,
+        content: Content,
+        names: &[&String],
+        table: &mut SignalTable,
+    ) -> Result<(), BadInput> {
+        let (id, length) = (self.id(message)?, self.payload(message)?);
+        let of_id = table.messages.entry(id).or_insert(Message { length, contents: Vec::new() });
+        of_id.contents.push(content);
+        table.names.entry(id).or_default().extend(names.iter().copied().cloned());
         Ok(())
     }
 
@@ -469,14 +652,11 @@ impl<'a> Lookup<'a> {
     }
 }
 
-/// Returns the bits of a payload of 8 bytes that a signal takes. The signal must have been checked to fit.
-fn bits(signal: &Signal) -> u64 {
-    let mut payload = [0; 8];
-    let ones = if signal.signed { -1 } else { *signal.raw_range().end() };
+/// Returns the bits of a payload that a signal takes. The signal must have been checked to fit.
+fn bits(signal: &Signal) -> [u8; LONGEST_DATA] {
+    let mut payload = [0; LONGEST_DATA];
+    let (low, high) = signal.raw_range().into_inner();
+    let ones = if low < 0 { -1 } else { high };
     let _ = signal.encode_raw(ones, &mut payload);
-    u64::from_le_bytes(payload)
-}
-
-fn coarsest(axes: &[Signal; 3]) -> f32 {
-    axes.iter().map(|axis| axis.scale.abs() as f32).fold(0.0, f32::max)
+    payload
 }

@@ -1,9 +1,9 @@
-//! Layout of a frame: where its readings lie.
+//! Layout of a frame: where its numbers lie.
 
 use flexid_core::stream::Reading;
-use flexid_wire::bits::{Signal, SignalError};
+use flexid_wire::bits::{Number, Signal, SignalError};
 
-use super::Limits;
+use super::map::Channels;
 
 /// Layout of a frame.
 #[derive(Clone, Debug, PartialEq)]
@@ -13,79 +13,89 @@ pub(super) struct Message {
     pub(super) contents: Vec<Content>,
 }
 
-/// A reading in a frame.
+/// What a frame carries.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Content {
-    /// Sample of the force or the acceleration (sensor 0, 1).
-    Sample { sensor: usize, counter: Option<Signal>, axes: [Signal; 3] },
+    /// A sample of a sensor, or a part of one.
+    Part(Part),
     /// Angle of a joint, counted from the base.
     Joint { index: u8, value: Signal },
+}
+
+/// What one frame carries of a sample of the force or the acceleration (sensor 0, 1).
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Part {
+    pub(super) sensor: usize,
+    /// Number of the part, in the order of the identifiers.
+    pub(super) number: usize,
+    pub(super) counter: Option<Signal>,
+    /// Signals of channels, each with the channel's number.
+    pub(super) channels: Vec<(usize, Signal)>,
 }
 
 impl Content {
     /// Returns the place in the order force, acceleration, joints base first.
     pub(super) fn rank(&self) -> u8 {
         match self {
-            Self::Sample { sensor, .. } => *sensor as u8,
+            Self::Part(part) => part.sensor as u8,
             Self::Joint { index, .. } => 2 + index,
         }
     }
 
-    /// Decodes the reading. A sample without a counter has `number`. `None` never happens: the table was checked against the length of the
-    /// payload.
-    pub(super) fn decode(&self, data: &[u8], number: u32) -> Option<Reading> {
-        let value = |signal: &Signal| signal.decode(data).ok();
-        Some(match self {
-            Self::Sample { sensor, counter, axes: [x, y, z] } => {
-                let counter =
-                    counter.as_ref().map_or(Some(number), |counter| count(counter, data))?;
-                let value = [value(x)? as f32, value(y)? as f32, value(z)? as f32];
-                match sensor {
-                    0 => Reading::Force { counter, value },
-                    _ => Reading::Acceleration { counter, value },
-                }
-            }
-            Self::Joint { index, value: angle } => {
-                Reading::Joint { index: *index, value: value(angle)? }
-            }
-        })
+    pub(super) fn part(&self) -> Option<&Part> {
+        match self {
+            Self::Part(part) => Some(part),
+            Self::Joint { .. } => None,
+        }
+    }
+}
+
+impl Part {
+    /// Returns the counter in a payload, whose length was checked.
+    pub(super) fn count(&self, data: &[u8]) -> Option<u32> {
+        self.counter.as_ref().and_then(|counter| count(counter, data))
     }
 
-    /// Notes the axes that are at their limit. A joint angle has no limit here.
-    pub(super) fn note_limits(&self, data: &[u8], limits: &mut Limits) {
-        let Self::Sample { sensor, axes, .. } = self else { return };
-        for (axis, limit) in axes.iter().zip(&mut limits[3 * sensor..]) {
-            let (low, high) = axis.raw_range().into_inner();
-            *limit = axis.decode_raw(data).is_ok_and(|raw| raw == low || raw == high);
+    /// Writes the values in a payload, whose length was checked, to their places among the channels.
+    pub(super) fn read(&self, data: &[u8], channels: &mut Channels) {
+        for (channel, signal) in &self.channels {
+            if let (Some(channel), Ok(value)) = (channels.get_mut(*channel), signal.decode(data)) {
+                *channel = value;
+            }
         }
     }
 
-    /// Writes `reading` into `data` if this is its place. Returns whether it is.
-    pub(super) fn encode(&self, reading: &Reading, data: &mut [u8]) -> Result<bool, SignalError> {
-        match (self, reading) {
-            (
-                Self::Sample { sensor: 0, counter, axes },
-                Reading::Force { counter: number, value },
-            )
-            | (
-                Self::Sample { sensor: 1, counter, axes },
-                Reading::Acceleration { counter: number, value },
-            ) => {
-                for (axis, &value) in axes.iter().zip(value) {
-                    axis.encode(value.into(), data)?;
-                }
-                if let Some(counter) = counter {
-                    encode_count(counter, *number, data)?;
-                }
-            }
-            (Self::Joint { index, value: angle }, Reading::Joint { index: joint, value })
-                if index == joint =>
-            {
-                angle.encode(*value, data)?;
-            }
-            _ => return Ok(false),
+    /// Returns the channels whose value is the smallest or the largest that their signal can carry. A floating-point number has no such.
+    pub(super) fn at_limit(&self, data: &[u8]) -> impl Iterator<Item = usize> {
+        let is_at_limit = |signal: &Signal| {
+            let (low, high) = signal.raw_range().into_inner();
+            signal.number != Number::Float
+                && signal.decode_raw(data).is_ok_and(|raw| raw == low || raw == high)
+        };
+        let channels = self.channels.iter();
+        channels.filter(move |(_, signal)| is_at_limit(signal)).map(|(channel, _)| *channel)
+    }
+
+    /// Writes the values of its channels, and the counter.
+    pub(super) fn write(
+        &self,
+        number: u32,
+        channels: &Channels,
+        data: &mut [u8],
+    ) -> Result<(), SignalError> {
+        for (channel, signal) in &self.channels {
+            signal.encode(channels.get(*channel).copied().unwrap_or_default(), data)?;
         }
-        Ok(true)
+        self.counter.as_ref().map_or(Ok(()), |counter| encode_count(counter, number, data))
+    }
+}
+
+/// Returns the reading of a sensor (0: force, 1: acceleration).
+pub(super) fn reading(sensor: usize, counter: u32, axes: [f64; 3]) -> Reading {
+    let value = axes.map(|axis| axis as f32);
+    match sensor {
+        0 => Reading::Force { counter, value },
+        _ => Reading::Acceleration { counter, value },
     }
 }
 
@@ -99,7 +109,9 @@ fn count(counter: &Signal, data: &[u8]) -> Option<u32> {
 fn encode_count(counter: &Signal, number: u32, data: &mut [u8]) -> Result<(), SignalError> {
     let unused = 64 - counter.length.clamp(1, 64);
     let bits = u64::from(number) << unused;
-    let raw =
-        if counter.signed { i128::from(bits as i64 >> unused) } else { i128::from(bits >> unused) };
+    let raw = match counter.number {
+        Number::Signed => i128::from(bits as i64 >> unused),
+        Number::Unsigned | Number::Float => i128::from(bits >> unused),
+    };
     counter.encode_raw(raw, data)
 }
