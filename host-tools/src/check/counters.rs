@@ -143,6 +143,19 @@ mod tests {
     }
 
     #[test]
+    fn frames_of_samples_that_are_not_whole_are_named() {
+        let mut survey = good();
+        survey.counts.stream.frames = 10_000;
+        for (left_out, severity) in [(10, Note), (100, Doubtful)] {
+            survey.counts.left_out = left_out;
+            let finding = &judge(&survey)[1];
+            let expected = "frames left out: another frame of their sample is missing";
+            assert_eq!(finding.finding, format!("{left_out} {expected}"));
+            assert_eq!(finding.severity, severity);
+        }
+    }
+
+    #[test]
     fn a_recording_that_was_paused_has_lost_nothing() {
         let mut survey = good();
         survey.counts.stream.frames = 10_000;

@@ -38,7 +38,7 @@ pub struct Identifier {
 /// Frames of one identifier.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Traffic {
-    /// Number of frames.
+    /// Number of frames, requests among them. Requests do not count for the rate.
     pub frames: u64,
     /// Number of intervals between frames, without silences.
     pub intervals: u64,
@@ -192,6 +192,11 @@ impl<'a> Watched<'a> {
         };
         if let Some(traffic) = self.expected.get_mut(&frame.id) {
             let is_sampled = self.table.is_sampled(frame.id);
+            if frame.kind == FrameKind::Remote || frame.data().is_empty() {
+                // A request. The answer follows.
+                traffic.frames += 1;
+                return;
+            }
             let is_counted = self.table.is_counted(frame.id);
             if is_counted && self.newest.insert(frame.id, *frame) == Some(*frame) {
                 traffic.frames += 1;

@@ -91,6 +91,40 @@ fn compare(name: &str, has_several_frames: [bool; 2]) -> Read {
     read
 }
 
+/// What the simulator sends, the daemon reads: forces through the matrix as well.
+#[test]
+fn what_is_encoded_is_decoded() {
+    for name in ["ati-xsens", "wacoh-pcan", "robotous-floats", "can-fd"] {
+        let signals = Config::load(&file(&format!("{name}.toml"))).unwrap().signals;
+        let mut decoder = Decoder::new(&signals);
+        let mut read = [Vec::new(), Vec::new()];
+        let values = [[100.0, -20.0, 3.0], [1.0, -5.0, 0.5]];
+        for counter in 0..100 {
+            let readings = [
+                Reading::Force { counter, value: values[0] },
+                Reading::Acceleration { counter, value: values[1] },
+            ];
+            for (place, frame) in signals.encode(&readings).unwrap().iter().enumerate() {
+                let time_s = 1e-3 * f64::from(counter) + 1e-4 * place as f64;
+                let note = |reading| match reading {
+                    Reading::Force { value, .. } => read[0].push(value),
+                    Reading::Acceleration { value, .. } => read[1].push(value),
+                    Reading::Joint { .. } | Reading::Setup(_) => {}
+                };
+                decoder.decode(time_s, frame, note).unwrap();
+            }
+        }
+        let steps = [signals.force_resolution, signals.acceleration_resolution];
+        for ((read, value), step) in read.iter().zip(values).zip(steps) {
+            assert!(read.len() >= 100 - SHOWN, "{name}: {}", read.len());
+            for (own, expected) in read.iter().flatten().zip(value.iter().cycle()) {
+                let error = (own - expected).abs();
+                assert!(error <= step.max(1e-6 * expected.abs()), "{name}: {own} for {expected}");
+            }
+        }
+    }
+}
+
 /// Gauges and a matrix, two frames a sample that are asked for; a counter in a frame of its own. No halves of two samples are put together.
 #[test]
 fn ati_and_xsens() {
