@@ -4,8 +4,10 @@
 mod dbc;
 mod decoder;
 mod joining;
+mod lookup;
 mod map;
 mod message;
+mod sensor;
 
 use std::collections::BTreeMap;
 
