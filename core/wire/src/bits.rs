@@ -16,7 +16,18 @@ pub enum ByteOrder {
     Motorola,
 }
 
-/// One row of the signal table: an integer in the payload, whose physical value is `scale · raw + offset`.
+/// Kind of a number in the payload.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Number {
+    /// Integer without a sign.
+    Unsigned,
+    /// Integer in two's complement.
+    Signed,
+    /// IEEE 754 number of 32 or 64 bits; `SIG_VALTYPE_` in a DBC file.
+    Float,
+}
+
+/// One row of the signal table: a number in the payload, whose physical value is `scale · number + offset`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Signal {
     /// Bit number of the least (Intel) or most (Motorola) significant bit.
@@ -25,11 +36,11 @@ pub struct Signal {
     pub length: u8,
     /// Order of the bytes.
     pub byte_order: ByteOrder,
-    /// True if the integer is in two's complement.
-    pub signed: bool,
-    /// Physical unit per step of the integer; may be negative.
+    /// Kind of the number.
+    pub number: Number,
+    /// Physical unit per unit of the number; may be negative.
     pub scale: f64,
-    /// Physical value of the integer 0.
+    /// Physical value of the number 0.
     pub offset: f64,
 }
 
@@ -38,6 +49,8 @@ pub struct Signal {
 pub enum SignalError {
     /// The width, in bits, is not 1 to 64.
     Length(u8),
+    /// The width of a floating-point number, in bits, is not 32 or 64.
+    FloatLength(u8),
     /// Scale or offset is not finite, or the scale is 0.
     Scaling,
     /// The signal does not end within the payload.
@@ -55,6 +68,9 @@ impl fmt::Display for SignalError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Length(length) => write!(f, "length is {length} bits: must be 1 to 64"),
+            Self::FloatLength(length) => {
+                write!(f, "length is {length} bits: a floating-point number has 32 or 64")
+            }
             Self::Scaling => f.write_str("scale must be finite and not 0, offset finite"),
             Self::OutsidePayload { needed, payload } => {
                 write!(
@@ -62,7 +78,7 @@ impl fmt::Display for SignalError {
                     "reaches to byte {needed} of a payload of {payload}: mend start bit or length"
                 )
             }
-            Self::NotANumber => f.write_str("value is not a number: cannot be sent as an integer"),
+            Self::NotANumber => f.write_str("value is not a number: cannot be sent"),
         }
     }
 }
@@ -81,17 +97,24 @@ impl Signal {
         self.window(payload_len).map(drop)
     }
 
-    /// Range of the integers that the signal can carry.
+    /// Range of the integers that the signal can carry. The bits of a floating-point number are one without a sign.
     pub fn raw_range(&self) -> RangeInclusive<i128> {
         let length = self.length.clamp(1, 64);
-        if self.signed {
-            -1 << (length - 1)..=(1 << (length - 1)) - 1
-        } else {
-            0..=(1 << length) - 1
+        match self.number {
+            Number::Signed => -1 << (length - 1)..=(1 << (length - 1)) - 1,
+            Number::Unsigned | Number::Float => 0..=(1 << length) - 1,
         }
     }
 
-    /// The integer in the payload (`i128` holds both `u64` and `i64`).
+    /// Smallest step of the physical value. That of a floating-point number is the one at 1, of 32 bits.
+    pub fn step(&self) -> f64 {
+        match self.number {
+            Number::Unsigned | Number::Signed => self.scale.abs(),
+            Number::Float => f64::from(f32::EPSILON) * self.scale.abs(),
+        }
+    }
+
+    /// The integer in the payload (`i128` holds both `u64` and `i64`), or the bits of a floating-point number.
     ///
     /// # Errors
     ///
@@ -100,20 +123,25 @@ impl Signal {
         let window = self.window(payload.len())?;
         let unused = 64 - self.length;
         let field = ((self.load(&payload[window.bytes]) >> window.shift) as u64) << unused;
-        Ok(if self.signed {
-            i128::from(field as i64 >> unused)
-        } else {
-            i128::from(field >> unused)
+        Ok(match self.number {
+            Number::Signed => i128::from(field as i64 >> unused),
+            Number::Unsigned | Number::Float => i128::from(field >> unused),
         })
     }
 
-    /// The physical value in the payload, `scale · raw + offset`.
+    /// The physical value in the payload, `scale · number + offset`. It is finite, unless the number is floating-point.
     ///
     /// # Errors
     ///
     /// The errors are those of [`Signal::check`].
     pub fn decode(&self, payload: &[u8]) -> Result<f64, SignalError> {
-        Ok(self.decode_raw(payload)? as f64 * self.scale + self.offset)
+        let raw = self.decode_raw(payload)?;
+        let number = match (self.number, self.length) {
+            (Number::Float, 32) => f32::from_bits(raw as u32).into(),
+            (Number::Float, _) => f64::from_bits(raw as u64),
+            (Number::Unsigned | Number::Signed, _) => raw as f64,
+        };
+        Ok(number * self.scale + self.offset)
     }
 
     /// Writes the integer of [`raw_range`](Self::raw_range) that is nearest to `raw`. Bits of other signals do not change.
@@ -142,13 +170,24 @@ impl Signal {
         if physical.is_nan() {
             return Err(SignalError::NotANumber);
         }
-        self.encode_raw(libm::rint((physical - self.offset) / self.scale) as i128, payload)
+        let number = (physical - self.offset) / self.scale;
+        let raw = match (self.number, self.length) {
+            (Number::Float, 32) => {
+                (number.clamp(f32::MIN.into(), f32::MAX.into()) as f32).to_bits().into()
+            }
+            (Number::Float, _) => number.clamp(f64::MIN, f64::MAX).to_bits().into(),
+            (Number::Unsigned | Number::Signed, _) => libm::rint(number) as i128,
+        };
+        self.encode_raw(raw, payload)
     }
 
     /// Place of the signal in a payload, after a check that it fits.
     fn window(&self, payload_len: usize) -> Result<Window, SignalError> {
         if !(1..=64).contains(&self.length) {
             return Err(SignalError::Length(self.length));
+        }
+        if self.number == Number::Float && !matches!(self.length, 32 | 64) {
+            return Err(SignalError::FloatLength(self.length));
         }
         if !self.scale.is_finite() || self.scale == 0.0 || !self.offset.is_finite() {
             return Err(SignalError::Scaling);
@@ -213,7 +252,7 @@ mod tests {
         start_bit: 0,
         length: 16,
         byte_order: ByteOrder::Intel,
-        signed: true,
+        number: Number::Signed,
         scale: 0.1,
         offset: 0.0,
     };
@@ -254,7 +293,8 @@ mod tests {
             let byte_order = if intel { ByteOrder::Intel } else { ByteOrder::Motorola };
             let before = if intel { start } else { start / 8 * 8 + 7 - start % 8 };
             let length = usize::from(length).min(payload.len() * 8 - before) as u8;
-            (Signal { start_bit: start as u16, length, byte_order, signed, scale, offset }, payload)
+            let number = if signed { Number::Signed } else { Number::Unsigned };
+            (Signal { start_bit: start as u16, length, byte_order, number, scale, offset }, payload)
         }
     }
 
@@ -267,7 +307,7 @@ mod tests {
             for i in 0..signal.length {
                 expected |= i128::from(bit(&payload, bit_number(&signal, i))) << i;
             }
-            if signal.signed && expected >> (signal.length - 1) == 1 {
+            if signal.number == Number::Signed && expected >> (signal.length - 1) == 1 {
                 expected -= 1 << signal.length;
             }
             prop_assert_eq!(signal.decode_raw(&payload), Ok(expected));
@@ -303,14 +343,14 @@ mod tests {
             start_bit in any::<u16>(),
             length in any::<u8>(),
             intel in any::<bool>(),
-            signed in any::<bool>(),
+            number in prop_oneof![Just(Number::Unsigned), Just(Number::Signed), Just(Number::Float)],
             scale in any::<f64>(),
             offset in any::<f64>(),
             value in any::<f64>(),
             mut payload in prop::collection::vec(any::<u8>(), 0..=64),
         ) {
             let byte_order = if intel { ByteOrder::Intel } else { ByteOrder::Motorola };
-            let signal = Signal { start_bit, length, byte_order, signed, scale, offset };
+            let signal = Signal { start_bit, length, byte_order, number, scale, offset };
             let checked = signal.check(payload.len());
             prop_assert_eq!(signal.decode(&payload).map(drop), checked);
             prop_assert_eq!(signal.encode(value, &mut payload), checked);
@@ -331,11 +371,36 @@ mod tests {
             FORCE_X.encode(physical, &mut payload).unwrap();
             assert!((FORCE_X.decode(&payload).unwrap() - expected).abs() < 1e-9, "{physical}");
         }
-        let widest = Signal { length: 64, signed: false, scale: 1.0, ..FORCE_X };
+        let widest = Signal { length: 64, number: Number::Unsigned, scale: 1.0, ..FORCE_X };
         widest.encode(1e30, &mut payload).unwrap();
         assert_eq!(widest.decode_raw(&payload), Ok(u64::MAX.into()));
         widest.encode_raw(-1, &mut payload).unwrap();
         assert_eq!(widest.decode_raw(&payload), Ok(0));
+    }
+
+    #[test]
+    fn floating_point_numbers_are_those_of_their_bits() {
+        let motorola = |length| Signal {
+            start_bit: 7,
+            length,
+            byte_order: ByteOrder::Motorola,
+            number: Number::Float,
+            scale: 2.0,
+            offset: 1.0,
+        };
+        // Bits of -1.5 and of infinity.
+        let payload = [0xBF, 0xC0, 0, 0, 0, 0, 0, 0];
+        assert_eq!(motorola(32).decode(&payload), Ok(-2.0));
+        assert_eq!(motorola(32).decode(&[0x7F, 0x80, 0, 0]), Ok(f64::INFINITY));
+        assert_eq!(motorola(64).decode(&[0xBF, 0xF8, 0, 0, 0, 0, 0, 0]), Ok(-2.0));
+        for length in [32, 64] {
+            let mut written = [0xA5; 8];
+            motorola(length).encode(-2.0, &mut written).unwrap();
+            assert_eq!(motorola(length).decode(&written), Ok(-2.0));
+            motorola(length).encode(f64::INFINITY, &mut written).unwrap();
+            assert!(motorola(length).decode(&written).unwrap() >= f64::from(f32::MAX));
+        }
+        assert_eq!(motorola(32).step(), 2.0_f64.powi(-22));
     }
 
     #[test]
@@ -355,6 +420,11 @@ mod tests {
             (Signal { length: 0, ..FORCE_X }, 1.0, "length is 0 bits: must be 1 to 64"),
             (Signal { length: 65, ..FORCE_X }, 1.0, "length is 65 bits: must be 1 to 64"),
             (
+                Signal { number: Number::Float, ..FORCE_X },
+                1.0,
+                "length is 16 bits: a floating-point number has 32 or 64",
+            ),
+            (
                 Signal { scale: 0.0, ..FORCE_X },
                 1.0,
                 "scale must be finite and not 0, offset finite",
@@ -369,7 +439,7 @@ mod tests {
                 1.0,
                 "reaches to byte 9 of a payload of 8: mend start bit or length",
             ),
-            (FORCE_X, f64::NAN, "value is not a number: cannot be sent as an integer"),
+            (FORCE_X, f64::NAN, "value is not a number: cannot be sent"),
         ];
         for (signal, value, message) in cases {
             assert_eq!(signal.encode(value, &mut payload).unwrap_err().to_string(), message);

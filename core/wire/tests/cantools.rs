@@ -4,7 +4,7 @@
 
 use std::collections::BTreeSet;
 
-use flexid_wire::bits::{ByteOrder, Signal};
+use flexid_wire::bits::{ByteOrder, Number, Signal};
 use serde::Deserialize;
 
 #[derive(Deserialize)]
@@ -35,7 +35,7 @@ impl Row {
             start_bit: self.start_bit,
             length: self.length,
             byte_order: if self.intel { ByteOrder::Intel } else { ByteOrder::Motorola },
-            signed: self.signed,
+            number: if self.signed { Number::Signed } else { Number::Unsigned },
             scale: self.scale,
             offset: self.offset,
         }

@@ -69,7 +69,7 @@ fn plain(name: &str) -> String {
     let Some((own, unit)) = units::in_brackets(name) else { return name.to_owned() };
     match unit {
         "deg" | "°" => format!("{own}_deg"),
-        "rad" | "N" | "Nm" | "m" => own.to_owned(),
+        "rad" | "N" | "Nm" | "N·m" | "N*m" | "m" => own.to_owned(),
         _ => name.to_owned(),
     }
 }

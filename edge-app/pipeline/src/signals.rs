@@ -2,8 +2,14 @@
 //! file and put into a table that decodes frames, and encodes them for the simulator.
 
 mod dbc;
+mod decoder;
+mod joining;
+mod lookup;
+mod map;
+mod message;
+mod sensor;
 
-use std::collections::HashMap;
+use std::collections::BTreeMap;
 
 use embedded_can::Id;
 use flexid_core::stream::Reading;
@@ -11,6 +17,9 @@ use flexid_wire::bits::{Signal, SignalError};
 use flexid_wire::misfits::FrameId;
 
 use crate::source::{Frame, FrameKind};
+pub use decoder::Decoder;
+use map::{Channels, MOST_CHANNELS, Map};
+use message::{Content, Message, Part};
 
 /// Smallest step of a signal that is accepted, SI units. The results that follow from smaller ones leave the range of floating point.
 pub(crate) const FINEST: f32 = 1e-12;
@@ -18,14 +27,20 @@ pub(crate) const FINEST: f32 = 1e-12;
 /// Table that converts frames to readings and back. All signals are scaled to SI units: N, m/s², rad or m.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SignalTable {
-    messages: HashMap<Id, Message>,
-    /// Width of the force and the acceleration counter, bits.
+    messages: BTreeMap<Id, Message>,
+    /// Force and acceleration.
+    sensors: [Sensor; 2],
+    /// Names of the values in the frames of each identifier.
+    names: BTreeMap<Id, Vec<String>>,
+    /// Clocks of force and acceleration.
+    pub clocks: Clocks,
+    /// Width of the counters that join force and acceleration, bits; 32 where none do.
     pub counter_bits: u32,
     /// Smallest step of the force on its coarsest axis, N.
     pub force_resolution: f32,
     /// Smallest step of the acceleration on its coarsest axis, m/s².
     pub acceleration_resolution: f32,
-    /// Names of the signals of force and acceleration, in the order of [`Limits`]. An axis that is not measured has an empty name, and a channel
+    /// Names of the signals of force and acceleration, in the order of [`Limits`], or of the axes that channels give. An axis that is not measured has an empty name, and a channel
     /// whose direction differs from cut to cut the name of all three.
     pub axes: [String; 6],
     /// Names of the signals of the joints, base first.
@@ -46,20 +61,24 @@ pub struct OtherAngle {
 /// True for each value of a frame that lies at the limit of its signal: force x, y, z, acceleration x, y, z.
 pub type Limits = [bool; 6];
 
-/// Layout of a frame.
-#[derive(Clone, Debug, PartialEq)]
-struct Message {
-    /// Length of the payload, bytes.
-    length: usize,
-    contents: Vec<Content>,
+/// How a sensor's samples come.
+#[derive(Clone, Debug, Default, PartialEq)]
+struct Sensor {
+    /// Number of frames of a sample.
+    parts: usize,
+    /// True if each of them has the counter.
+    is_counted: bool,
+    /// From channels to axes. `None` where the channels are the axes.
+    map: Option<Map>,
 }
 
-/// A reading in a frame.
-#[derive(Clone, Debug, PartialEq)]
-enum Content {
-    Force { counter: Signal, axes: [Signal; 3] },
-    Acceleration { counter: Signal, axes: [Signal; 3] },
-    Joint { index: u8, value: Signal },
+/// Clocks of force and acceleration.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Clocks {
+    /// One counter counts the instants of both.
+    Common,
+    /// Each sensor samples by its own clock. Width of its counter, bits; `None`: without, its samples are numbered as they come.
+    Own([Option<u32>; 2]),
 }
 
 /// Why a frame gives no readings.
@@ -74,7 +93,7 @@ pub enum NoReading {
     },
     /// The bus reports an error.
     ErrorFrame,
-    /// The identifier is known, but the frame has no classical data: it is a remote request or a CAN FD frame.
+    /// The identifier is known, but the frame has no data: it requests some.
     NotData,
 }
 
@@ -82,7 +101,10 @@ impl SignalTable {
     /// Returns the table of no signal.
     pub(crate) fn none() -> Self {
         Self {
-            messages: HashMap::new(),
+            messages: BTreeMap::new(),
+            sensors: Default::default(),
+            names: BTreeMap::new(),
+            clocks: Clocks::Common,
             counter_bits: 32,
             force_resolution: FINEST,
             acceleration_resolution: FINEST,
@@ -126,13 +148,10 @@ impl SignalTable {
 
     /// Returns all messages as text. Equal tables give equal texts.
     pub(crate) fn described(&self) -> String {
-        let mut messages: Vec<_> =
-            self.messages.iter().map(|(id, message)| format!("{id:?} {message:?}")).collect();
-        messages.sort();
         if self.is_of_columns() {
-            messages.push(format!("{:?} {:?}", self.axes, self.joints));
+            return format!("{:?} {:?}", self.axes, self.joints);
         }
-        messages.concat()
+        format!("{:?} {:?} {:?}", self.clocks, self.messages, self.sensors)
     }
 
     /// Returns the identifiers of the frames that are read: force, acceleration, then the joints, base first.
@@ -145,17 +164,9 @@ impl SignalTable {
         messages.into_iter().map(|(&id, _)| id).collect()
     }
 
-    /// Returns the names of the values in the frames of an identifier, without counters.
+    /// Returns the names of the values in the frames of an identifier, without counters that are not alone.
     pub fn names(&self, id: Id) -> Vec<&str> {
-        let contents = self.messages.get(&id).map_or(&[][..], |message| &message.contents);
-        let names = contents.iter().flat_map(|content| match content {
-            Content::Force { .. } => &self.axes[..3],
-            Content::Acceleration { .. } => &self.axes[3..],
-            Content::Joint { index, .. } => {
-                self.joints.get(usize::from(*index)).map_or(&[][..], std::slice::from_ref)
-            }
-        });
-        names.map(String::as_str).collect()
+        self.names.get(&id).into_iter().flatten().map(String::as_str).collect()
     }
 
     /// Returns the signal of the angle or stroke of a joint, counted from the base. Its scale is in rad (m).
@@ -169,45 +180,60 @@ impl SignalTable {
 
     /// Returns the step of the signal of a joint, rad (m); 0 if it is no signal of a frame.
     pub(crate) fn angle_step(&self, joint: usize) -> f64 {
-        self.joint(joint).map_or(0.0, |signal| signal.scale.abs())
+        self.joint(joint).map_or(0.0, Signal::step)
     }
 
     /// Returns whether the frames of an identifier carry force or acceleration.
     pub fn is_sampled(&self, id: Id) -> bool {
-        let is_of_sensor = |content: &Content| !matches!(content, Content::Joint { .. });
-        self.messages.get(&id).is_some_and(|message| message.contents.iter().any(is_of_sensor))
+        self.parts(id).next().is_some()
     }
 
-    /// Passes every reading in `frame` to `sink`. Returns which values are at their limit.
+    /// Returns whether the frames of an identifier carry the counter of a sensor.
+    pub(crate) fn is_counted(&self, id: Id) -> bool {
+        self.parts(id).any(|part| part.counter.is_some())
+    }
+
+    /// Returns what the frames of an identifier carry of force and acceleration.
+    fn parts(&self, id: Id) -> impl Iterator<Item = &Part> {
+        let message = self.messages.get(&id);
+        message.into_iter().flat_map(|message| &message.contents).filter_map(Content::part)
+    }
+
+    /// Returns the largest counter of the force or the acceleration (sensor 0, 1).
+    pub(crate) fn last_counter(&self, sensor: usize) -> u32 {
+        let bits = match self.clocks {
+            Clocks::Common => self.counter_bits,
+            Clocks::Own(bits) => bits[sensor].unwrap_or(32),
+        };
+        u32::MAX >> (32 - bits.clamp(1, 32))
+    }
+
+    /// Returns whether a frame gives readings.
     ///
     /// # Errors
-    /// The error is the reason why the frame gives no reading.
-    pub fn decode(
-        &self,
-        frame: &Frame,
-        mut sink: impl FnMut(Reading),
-    ) -> Result<Limits, NoReading> {
+    /// The error is the reason why it gives none.
+    pub fn check(&self, frame: &Frame) -> Result<(), NoReading> {
+        self.message(frame).map(drop)
+    }
+
+    /// Returns the layout of a frame that has data of the right length.
+    fn message(&self, frame: &Frame) -> Result<&Message, NoReading> {
         if frame.kind == FrameKind::Error {
             return Err(NoReading::ErrorFrame);
         }
         let message = self.messages.get(&frame.id).ok_or(NoReading::UnknownId)?;
-        if frame.kind != FrameKind::Data {
+        if frame.kind != FrameKind::Data || frame.data().is_empty() {
             return Err(NoReading::NotData);
         }
         if frame.data().len() != message.length {
             return Err(NoReading::WrongLength { expected: message.length as u8 });
         }
-        let mut limits = Limits::default();
-        for content in &message.contents {
-            content.note_limits(frame.data(), &mut limits);
-            content.decode(frame.data()).into_iter().for_each(&mut sink);
-        }
-        Ok(limits)
+        Ok(message)
     }
 
-    /// Returns the frames that carry `readings`, in the order of the readings: one for each message that carries any of them.
-    /// Values are rounded to the nearest step and limited to the range of the signal. Counters wrap. Signals that are not given
-    /// are 0.
+    /// Returns the frames that carry `readings`, in the order of the readings, and those of one reading in the order of their identifiers: one for
+    /// each message that carries any of them. Values are rounded to the nearest step and limited to the range of the signal. Counters wrap.
+    /// Signals that are not given are 0.
     ///
     /// # Errors
     /// A value is NaN.
@@ -222,7 +248,7 @@ impl SignalTable {
                 };
                 let mut carries = false;
                 for content in &message.contents {
-                    carries |= content.encode(reading, &mut data)?;
+                    carries |= self.write(content, reading, &mut data)?;
                 }
                 match begun {
                     Some(index) => frames[index].1 = data,
@@ -233,83 +259,54 @@ impl SignalTable {
         }
         Ok(frames.iter().map(|(id, data)| Frame::new(*id, FrameKind::Data, data)).collect())
     }
-}
-
-impl Content {
-    /// Returns the place in the order force, acceleration, joints base first.
-    fn rank(&self) -> u8 {
-        match self {
-            Self::Force { .. } => 0,
-            Self::Acceleration { .. } => 1,
-            Self::Joint { index, .. } => 2 + index,
-        }
-    }
-
-    /// Decodes the reading. `None` never happens: the table was checked against the length of the payload.
-    fn decode(&self, data: &[u8]) -> Option<Reading> {
-        let value = |signal: &Signal| signal.decode(data).ok();
-        let vector =
-            |[x, y, z]: &[Signal; 3]| Some([value(x)? as f32, value(y)? as f32, value(z)? as f32]);
-        // The low bits in two's complement count on, for a signed counter as for an unsigned one.
-        let count = |signal: &Signal| {
-            let mask = u32::MAX >> (32 - signal.length.clamp(1, 32));
-            Some(signal.decode_raw(data).ok()? as u32 & mask)
-        };
-        Some(match self {
-            Self::Force { counter, axes } => {
-                Reading::Force { counter: count(counter)?, value: vector(axes)? }
-            }
-            Self::Acceleration { counter, axes } => {
-                Reading::Acceleration { counter: count(counter)?, value: vector(axes)? }
-            }
-            Self::Joint { index, value: angle } => {
-                Reading::Joint { index: *index, value: value(angle)? }
-            }
-        })
-    }
-
-    /// Notes the axes that are at their limit. A joint angle has no limit here.
-    fn note_limits(&self, data: &[u8], limits: &mut Limits) {
-        let (axes, limits) = match self {
-            Self::Force { axes, .. } => (axes, &mut limits[..3]),
-            Self::Acceleration { axes, .. } => (axes, &mut limits[3..]),
-            Self::Joint { .. } => return,
-        };
-        for (axis, limit) in axes.iter().zip(limits) {
-            let (low, high) = axis.raw_range().into_inner();
-            *limit = axis.decode_raw(data).is_ok_and(|raw| raw == low || raw == high);
-        }
-    }
 
     /// Writes `reading` into `data` if this is its place. Returns whether it is.
-    fn encode(&self, reading: &Reading, data: &mut [u8]) -> Result<bool, SignalError> {
-        match (self, reading) {
-            (Self::Force { counter, axes }, Reading::Force { counter: count, value })
-            | (
-                Self::Acceleration { counter, axes },
-                Reading::Acceleration { counter: count, value },
-            ) => {
-                for (axis, &value) in axes.iter().zip(value) {
-                    axis.encode(value.into(), data)?;
+    fn write(
+        &self,
+        content: &Content,
+        reading: &Reading,
+        data: &mut [u8],
+    ) -> Result<bool, SignalError> {
+        let (of, counter, value) = match *reading {
+            Reading::Force { counter, value } => (0, counter, value),
+            Reading::Acceleration { counter, value } => (1, counter, value),
+            Reading::Joint { index: joint, value } => match content {
+                Content::Joint { index, value: angle } if *index == joint => {
+                    return angle.encode(value, data).map(|()| true);
                 }
-                // A counter wraps where another signal saturates.
-                let unused = 64 - counter.length.clamp(1, 64);
-                let bits = u64::from(*count) << unused;
-                let raw = if counter.signed {
-                    i128::from(bits as i64 >> unused)
-                } else {
-                    i128::from(bits >> unused)
-                };
-                counter.encode_raw(raw, data)?;
-            }
-            (Self::Joint { index, value: angle }, Reading::Joint { index: joint, value })
-                if index == joint =>
-            {
-                angle.encode(*value, data)?;
-            }
-            _ => return Ok(false),
-        }
+                _ => return Ok(false),
+            },
+            Reading::Setup(_) => return Ok(false),
+        };
+        let Some(part) = content.part().filter(|part| part.sensor == of) else { return Ok(false) };
+        part.write(counter, &self.sensors[of].channels(value.map(f64::from)), data)?;
         Ok(true)
+    }
+}
+
+impl Sensor {
+    /// Returns the axes that these channels give.
+    fn axes(&self, channels: &Channels) -> [f64; 3] {
+        let [x, y, z, ..] = *channels;
+        self.map.as_ref().map_or([x, y, z], |map| map.axes(channels))
+    }
+
+    /// Returns channels that give these axes.
+    fn channels(&self, axes: [f64; 3]) -> Channels {
+        match &self.map {
+            Some(map) => map.channels(axes),
+            None => {
+                let mut channels = [0.0; MOST_CHANNELS];
+                channels[..3].copy_from_slice(&axes);
+                channels
+            }
+        }
+    }
+
+    /// Returns whether a channel goes into each axis.
+    fn takes(&self, channel: usize) -> [bool; 3] {
+        let own = || [0, 1, 2].map(|axis| axis == channel);
+        self.map.as_ref().map_or_else(own, |map| map.takes(channel))
     }
 }
 
@@ -326,13 +323,22 @@ mod tests {
         Config::load(&file).unwrap().signals
     }
 
+    /// The table of the reference scenario's files, with some lines of `mill3-edge.toml` in another form.
+    fn of(changes: &[(&str, &str)]) -> SignalTable {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../host-tools/scenario");
+        let file = folder.join("mill3-edge.toml");
+        let text = std::fs::read_to_string(&file).unwrap();
+        let text = changes.iter().fold(text, |text, (from, to)| text.replace(from, to));
+        Config::parse(&file, &text).unwrap().signals
+    }
+
     fn standard(id: u16) -> Id {
         embedded_can::StandardId::new(id).unwrap().into()
     }
 
     fn decode(table: &SignalTable, frame: &Frame) -> Result<Vec<Reading>, NoReading> {
         let mut readings = Vec::new();
-        table.decode(frame, |reading| readings.push(reading)).map(|_| readings)
+        Decoder::new(table).decode(0.0, frame, |reading| readings.push(reading)).map(|_| readings)
     }
 
     #[test]
@@ -347,6 +353,38 @@ mod tests {
         assert_eq!(
             decode(&table, &joint),
             Ok(vec![Reading::Joint { index: 1, value: -450_000.0 * 1e-6 }])
+        );
+    }
+
+    #[test]
+    fn a_sensor_counts_by_its_own_counter_or_its_samples_are_numbered() {
+        let table = of(&[("force_counter = \"ForceCounter\"", "")]);
+        assert_eq!((table.clocks, table.counter_bits), (Clocks::Own([None, Some(16)]), 32));
+        assert_eq!([0, 1].map(|sensor| table.last_counter(sensor)), [u32::MAX, 0xFFFF]);
+        let mut decoder = Decoder::new(&table);
+        let mut counters = Vec::new();
+        for count in [65_534, 7, 8] {
+            let value = [1.0; 3];
+            let force = Reading::Force { counter: count, value };
+            let acceleration = Reading::Acceleration { counter: count, value };
+            for frame in table.encode(&[force, force, acceleration]).unwrap() {
+                let note = |reading| match reading {
+                    Reading::Force { counter, .. } => counters.push((0, counter)),
+                    Reading::Acceleration { counter, .. } => counters.push((1, counter)),
+                    _ => {}
+                };
+                decoder.decode(0.0, &frame, note).unwrap();
+            }
+        }
+        assert_eq!(counters, [(0, 0), (1, 65_534), (0, 1), (1, 7), (0, 2), (1, 8)]);
+
+        assert_eq!(
+            of(&[("[signals]", "[signals]\nclocks = \"own\"")]).clocks,
+            Clocks::Own([Some(16); 2])
+        );
+        assert_ne!(
+            of(&[]).described(),
+            of(&[("[signals]", "[signals]\nclocks = \"own\"")]).described()
         );
     }
 
@@ -385,7 +423,7 @@ mod tests {
         assert_eq!(table.axes, ["Fx", "Fy", "Fz", "ax", "ay", "az"]);
         let limits = |reading| {
             let frames = table.encode(&[reading]).unwrap();
-            table.decode(&frames[0], |_| {}).unwrap()
+            Decoder::new(&table).decode(0.0, &frames[0], |_| {}).unwrap()
         };
         let (t, f) = (true, false);
         let force = Reading::Force { counter: 65_535, value: [5000.0, 3276.6, -5000.0] };
@@ -406,10 +444,11 @@ mod tests {
             (extended, FrameKind::Data, 8, NoReading::UnknownId),
             (extended, FrameKind::Error, 8, NoReading::ErrorFrame),
             (standard(0x101), FrameKind::Remote, 0, NoReading::NotData),
-            (standard(0x101), FrameKind::Fd, 8, NoReading::NotData),
+            (standard(0x101), FrameKind::Data, 0, NoReading::NotData),
+            (standard(0x101), FrameKind::Data, 12, NoReading::WrongLength { expected: 8 }),
         ];
         for (id, kind, length, reason) in cases {
-            let frame = Frame::new(id, kind, &[0; 8][..length]);
+            let frame = Frame::new(id, kind, &[0; 12][..length]);
             assert_eq!(decode(&table, &frame), Err(reason), "{frame:?}");
         }
     }

@@ -14,8 +14,18 @@ pub(crate) struct Quantity {
     units: &'static [(&'static str, f64)],
 }
 
-pub(crate) const FORCE: Quantity =
-    Quantity { name: "force", units: &[("N", 1.0), ("kN", 1e3), ("mN", 1e-3), ("lbf", LBF)] };
+pub(crate) const FORCE: Quantity = Quantity {
+    name: "force",
+    units: &[
+        ("N", 1.0),
+        ("kN", 1e3),
+        ("mN", 1e-3),
+        ("lbf", LBF),
+        ("daN", 10.0),
+        ("kgf", G),
+        ("kp", G),
+    ],
+};
 pub(crate) const ACCELERATION: Quantity = Quantity {
     name: "acceleration",
     units: &[
@@ -25,10 +35,14 @@ pub(crate) const ACCELERATION: Quantity = Quantity {
         ("mm/s^2", 1e-3),
         ("mm/s²", 1e-3),
         ("mm/s2", 1e-3),
+        ("m/s/s", 1.0),
         ("g", G),
         ("G", G),
         ("mg", 1e-3 * G),
         ("mG", 1e-3 * G),
+        ("gn", G),
+        ("µg", 1e-6 * G),
+        ("ug", 1e-6 * G),
     ],
 };
 pub(crate) const ANGLE: Quantity = Quantity {
@@ -42,7 +56,9 @@ pub(crate) const TIME: Quantity =
 impl Quantity {
     /// Returns the size of a unit in SI units, or `None` if it is no unit of the quantity.
     pub(crate) fn size(&self, unit: &str) -> Option<f64> {
-        let known = self.units.iter().find(|(name, _)| *name == unit.trim());
+        // There are two letters for micro.
+        let unit = unit.trim().replace('\u{3BC}', "\u{B5}");
+        let known = self.units.iter().find(|(name, _)| *name == unit);
         known.map(|(_, size)| *size)
     }
 

@@ -77,7 +77,6 @@ fn what_keeps_frames_from_becoming_records_is_named() {
     let states = [
         spoilt(|arrival| change(arrival, 0x101, cut)),
         spoilt(|arrival| change(arrival, 0x112, cut)),
-        spoilt(|arrival| change(arrival, 0x102, kind(FrameKind::Fd))),
         spoilt(|arrival| change(arrival, 0x101, kind(FrameKind::Remote))),
         spoilt(|arrival| change(arrival, 0x101, |frame| with_counter(frame, |_| 7))),
         spoilt(|arrival| change(arrival, 0x102, |frame| with_counter(frame, |_| 7))),
@@ -90,7 +89,6 @@ fn what_keeps_frames_from_becoming_records_is_named() {
     let expected = [
         "frames 0x101 have 7 bytes, by [bus] dbc 8: mend the DBC file or the sender (640 so far)",
         "frames 0x112 have 5 bytes, by [bus] dbc 6: mend the DBC file or the sender (4 so far)",
-        "frames 0x102 are CAN FD: set the sender to classical CAN (634 so far)",
         "frames 0x101 are remote requests: does the sensor answer? (640 so far)",
         "[signals] force_counter stands still (639 frames): it must count the instants",
         "[signals] acceleration_counter stands still (633 frames): it must count the instants",

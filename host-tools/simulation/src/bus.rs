@@ -6,7 +6,10 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use flexid_pipeline::source::{self, Frame, OpenError};
-use socketcan::{CanFrame, CanSocket, EmbeddedFrame as _, Socket as _, SocketOptions as _};
+use socketcan::{
+    CanAnyFrame, CanDataFrame, CanFdFrame, CanFdSocket, EmbeddedFrame as _, Socket as _,
+    SocketOptions as _,
+};
 
 use super::transmission::{TimedFrame, Transmission};
 
@@ -18,7 +21,7 @@ const RETRY: Duration = Duration::from_micros(200);
 /// A sender of frames.
 #[derive(Debug)]
 pub struct BusSender {
-    socket: CanSocket,
+    socket: CanFdSocket,
     /// Earliest start of the next experiment.
     free: Instant,
 }
@@ -32,7 +35,7 @@ impl BusSender {
         let io = |error| OpenError::Io { interface: interface.to_owned(), error };
         // The daemon's socket reports what is wrong with an interface.
         let opened = source::CanSocket::open(interface)?;
-        let socket = CanSocket::from(opened.as_fd().try_clone_to_owned().map_err(io)?);
+        let socket = CanFdSocket::from(opened.as_fd().try_clone_to_owned().map_err(io)?);
         // The socket only sends. Frames of others must not fill its buffer.
         socket.set_filter_drop_all().map_err(io)?;
         socket.set_error_filter_drop_all().map_err(io)?;
@@ -49,8 +52,7 @@ impl BusSender {
     /// # Errors
     /// The interface is down or gone, or no process reads the pair's other end.
     pub fn send(&self, frame: &Frame) -> io::Result<()> {
-        let frame = CanFrame::new(frame.id, frame.data())
-            .ok_or_else(|| io::Error::other("a frame of more than 8 bytes"))?;
+        let frame = any_frame(frame)?;
         let begun = Instant::now();
         loop {
             match self.socket.write_frame(&frame) {
@@ -89,6 +91,13 @@ impl BusSender {
     }
 }
 
+/// Converts a frame for the bus: a classical one, or one of CAN FD if it has more than 8 bytes.
+pub(crate) fn any_frame(frame: &Frame) -> io::Result<CanAnyFrame> {
+    let classical = CanDataFrame::new(frame.id, frame.data()).map(CanAnyFrame::from);
+    let any = classical.or_else(|| CanFdFrame::new(frame.id, frame.data()).map(CanAnyFrame::from));
+    any.ok_or_else(|| io::Error::other("a frame of more than 64 bytes"))
+}
+
 #[cfg(test)]
 mod tests {
     use embedded_can::{ExtendedId, StandardId};
@@ -111,6 +120,7 @@ mod tests {
         };
         let frames = vec![
             timed(0.0, StandardId::new(0x101).unwrap().into(), &[1, 2, 3, 4, 5, 6, 7, 8]),
+            timed(0.1, StandardId::new(0x102).unwrap().into(), &[7; 48]),
             timed(0.2, ExtendedId::new(0x1234567).unwrap().into(), &[]),
         ];
         let experiment =

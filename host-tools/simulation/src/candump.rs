@@ -3,8 +3,8 @@
 use std::io::{self, Write};
 
 use socketcan::dump::CanDumpRecord;
-use socketcan::{CanDataFrame, CanFrame, EmbeddedFrame as _};
 
+use super::bus::any_frame;
 use super::transmission::TimedFrame;
 
 /// Start of simulated logs, 2025-12-29, 09:20 UTC, in seconds since the Unix epoch.
@@ -29,12 +29,10 @@ impl<W: Write> Writer<W> {
     /// The log cannot be written.
     pub fn write(&mut self, frames: &[TimedFrame], start_s: f64) -> io::Result<()> {
         for TimedFrame { time_s, frame } in frames {
-            let data = CanDataFrame::new(frame.id, frame.data())
-                .ok_or_else(|| io::Error::other("a frame of more than 8 bytes"))?;
             let record = CanDumpRecord {
                 t_us: ((start_s + time_s) * 1e6).round() as u64,
                 device: self.interface.clone(),
-                frame: CanFrame::Data(data).into(),
+                frame: any_frame(frame)?,
                 direction: None,
             };
             writeln!(self.log, "{record}")?;
@@ -68,12 +66,14 @@ mod tests {
         };
         let frames = [
             frame(60e-6, StandardId::new(0x41).unwrap().into(), &[0x0A, 0xFF]),
+            frame(1.0, StandardId::new(0x42).unwrap().into(), &[1; 12]),
             frame(1.5, ExtendedId::new(0x1234567).unwrap().into(), &[]),
         ];
         writer.write(&frames, EPOCH_S).unwrap();
         assert_eq!(
             String::from_utf8(writer.log).unwrap(),
-            "(1767000000.000060) can0 041#0AFF\n(1767000001.500000) can0 01234567#\n"
+            "(1767000000.000060) can0 041#0AFF\n\
+             (1767000001.000000) can0 042##4010101010101010101010101\n(1767000001.500000) can0 01234567#\n"
         );
     }
 }

@@ -85,13 +85,15 @@ pub fn transmit(
         let force = Reading::Force { counter, value: noisy(force, force_noise, rng) };
         let acceleration =
             Reading::Acceleration { counter, value: noisy(acceleration, acceleration_noise, rng) };
+        let mut sent = Vec::with_capacity(2);
         for (reading, lost) in [(force, &mut lost_force), (acceleration, &mut lost_acceleration)] {
             if happens(quality.drop, rng) {
                 *lost += 1;
             } else {
-                bus.send(ready_s, &signals.encode(&[reading])?);
+                sent.push(reading);
             }
         }
+        bus.send(ready_s, &signals.encode(&sent)?);
         if index % pose_every == 0 {
             let angle =
                 |(joint, &value): (usize, &f64)| Reading::Joint { index: joint as u8, value };
@@ -133,6 +135,7 @@ mod tests {
     use std::path::Path;
 
     use flexid_pipeline::config::Config;
+    use flexid_pipeline::signals::Decoder;
     use rand_core::SeedableRng;
     use rand_xoshiro::Xoshiro256PlusPlus;
 
@@ -161,8 +164,9 @@ mod tests {
     fn readings(sent: &Transmission) -> Vec<Reading> {
         let table = signals();
         let mut readings = Vec::new();
+        let mut decoder = Decoder::new(&table);
         for timed in &sent.frames {
-            table.decode(&timed.frame, |reading| readings.push(reading)).unwrap();
+            decoder.decode(timed.time_s, &timed.frame, |reading| readings.push(reading)).unwrap();
         }
         readings
     }

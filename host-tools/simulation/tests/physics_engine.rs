@@ -12,6 +12,7 @@ use std::time::Duration;
 use flate2::read::MultiGzDecoder;
 use flexid_core::stream::Reading;
 use flexid_pipeline::config::Config;
+use flexid_pipeline::signals::Decoder;
 use flexid_pipeline::source::{CandumpLog, Flow, FrameSource as _};
 use flexid_simulation::experiment::Cut;
 use flexid_simulation::force::OVERSAMPLING;
@@ -57,6 +58,7 @@ fn recorded(config: &Config, folder: &Path, len: usize) -> Vec<[Samples; 2]> {
     let mut recorded: Vec<_> =
         experiments.iter().map(|_| [0, 1].map(|_| -> Samples { vec![None; len] })).collect();
     let (mut experiment, mut last_s) = (0, frames[0].time_s);
+    let mut decoder = Decoder::new(&config.signals);
     for arrival in &frames {
         // Experiments are a second of silence apart.
         experiment += usize::from(arrival.time_s > last_s + 0.5);
@@ -67,11 +69,12 @@ fn recorded(config: &Config, folder: &Path, len: usize) -> Vec<[Samples; 2]> {
             let sample = usize::from((counter as u16).wrapping_sub(first));
             recorded[experiment][channel][sample] = Some(Vector3::from(value).cast());
         };
-        let decoded = config.signals.decode(&arrival.frame().unwrap(), |reading| match reading {
-            Reading::Force { counter, value } => keep(0, counter, value),
-            Reading::Acceleration { counter, value } => keep(1, counter, value),
-            Reading::Joint { .. } | Reading::Setup(_) => {}
-        });
+        let decoded =
+            decoder.decode(arrival.time_s, &arrival.frame().unwrap(), |reading| match reading {
+                Reading::Force { counter, value } => keep(0, counter, value),
+                Reading::Acceleration { counter, value } => keep(1, counter, value),
+                Reading::Joint { .. } | Reading::Setup(_) => {}
+            });
         decoded.unwrap();
     }
     recorded

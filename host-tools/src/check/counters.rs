@@ -13,6 +13,9 @@ pub(super) const ABOUT: &str = "counters";
 /// the force (measured on the reference scenario, with samples that were not lost).
 const LOST: f64 = 0.005;
 
+/// Mend where frames are missing.
+const RECORD: &str = "check the load of the bus, and record with `candump -r 8388608 -L`";
+
 /// Judges the counters of a survey.
 pub(super) fn judge(survey: &Survey) -> Vec<Finding> {
     let stream = &survey.counts.stream;
@@ -30,11 +33,20 @@ pub(super) fn judge(survey: &Survey) -> Vec<Finding> {
             Percent(share),
             count(stream.bridged, "sample"),
         );
-        let mend = "check the load of the bus, and record with `candump -r 8388608 -L`";
-        findings.push(Finding::new(severity, ABOUT, finding, mend));
+        findings.push(Finding::new(severity, ABOUT, finding, RECORD));
     } else if stream.frames > 0 {
         let frames = stream.frames;
         findings.push(Finding::right(ABOUT, format!("no frame of {frames} lost")));
+    }
+    if survey.counts.left_out > 0 {
+        let left_out = survey.counts.left_out;
+        let share = left_out as f64 / (stream.frames + left_out) as f64;
+        let severity = if share > LOST { Doubtful } else { Note };
+        let finding = format!(
+            "{} left out: another frame of their sample is missing",
+            count(left_out, "frame")
+        );
+        findings.push(Finding::new(severity, ABOUT, finding, RECORD));
     }
     let restarts = stream.restarts - stream.pauses;
     if source::is_without_time(survey) {
@@ -96,7 +108,7 @@ fn of_obstacle(survey: &Survey) -> Option<Finding> {
         ),
         Obstacle::NotFinite { readings } => (
             format!("{} not finite", count(*readings, "reading")),
-            "correct the factors in [bus] dbc",
+            "correct types and factors in [bus] dbc, or see in the sensor's manual what it sends so for",
         ),
         // The identifiers, their rates and the signals at a limit have findings of their own. The state without a record says the last.
         Obstacle::Misfit(_)
@@ -128,6 +140,19 @@ mod tests {
                 .finding
                 .starts_with("100 frames of force and acceleration lost (1.0 %)")
         );
+    }
+
+    #[test]
+    fn frames_of_samples_that_are_not_whole_are_named() {
+        let mut survey = good();
+        survey.counts.stream.frames = 10_000;
+        for (left_out, severity) in [(10, Note), (100, Doubtful)] {
+            survey.counts.left_out = left_out;
+            let finding = &judge(&survey)[1];
+            let expected = "frames left out: another frame of their sample is missing";
+            assert_eq!(finding.finding, format!("{left_out} {expected}"));
+            assert_eq!(finding.severity, severity);
+        }
     }
 
     #[test]

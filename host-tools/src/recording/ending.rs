@@ -6,7 +6,7 @@ use std::path::Path;
 use std::time::Duration;
 
 use flexid_pipeline::signals::{NoReading, SignalTable};
-use flexid_pipeline::source::{CandumpLog, Frame, FrameSource as _, LOOK_AHEAD};
+use flexid_pipeline::source::{CandumpLog, Frame, FrameKind, FrameSource as _, LOOK_AHEAD};
 
 /// The error in place of a last line that is cut off.
 const CUT_OFF: &str = "the last line is cut off";
@@ -91,10 +91,11 @@ impl<R> Whole<R> {
         };
         // The frames of another bus are taken only if the log has none of the interface.
         let is_taken = bus == self.interface || !self.has_interface;
-        let is_short = matches!(
-            self.table.decode(&frame, |_| {}),
-            Err(NoReading::WrongLength { expected }) if frame.data().len() < usize::from(expected)
-        );
+        let is_short = match self.table.check(&frame) {
+            Err(NoReading::WrongLength { expected }) => frame.data().len() < usize::from(expected),
+            Err(NoReading::NotData) => frame.kind == FrameKind::Data,
+            _ => false,
+        };
         is_taken && is_short
     }
 

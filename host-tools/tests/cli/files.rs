@@ -239,8 +239,7 @@ fn layouts_of_other_programs_are_read_or_named() {
         (values.as_bytes(), ""),
         (
             &read("two-messages-of-one-name.dbc"),
-            "[signals] force_counter: \"ForceCounter\" is in messages 257 and 600 of mill3.dbc: write \"257.ForceCounter\" or \
-             \"600.ForceCounter\"",
+            "[signals] force: \"Fx\" is in messages 257 and 600 of mill3.dbc: write \"257.Fx\" or \"600.Fx\"",
         ),
         (twice.as_bytes(), "mill3.dbc: signal Fx is twice in message FORCE: rename one"),
         (again.as_bytes(), "mill3.dbc: messages FORCE and FORCE share the identifier 257"),
@@ -255,10 +254,10 @@ fn layouts_of_other_programs_are_read_or_named() {
         let (is_read, said) = checked(folder.path(), "mill3.dbc", bytes);
         assert!(is_read == part.is_empty() && said.contains(part), "{said}, not {part}");
     }
-    // The advice about two messages of one name ends there.
+    // The advice about two messages of one name ends there: the counter is the one beside the axes.
     let folder = folder();
     let config = folder.path().join("edge.toml");
-    for name in ["ForceCounter", "Fx", "Fy", "Fz"] {
+    for name in ["Fx", "Fy", "Fz"] {
         edit(&config, &format!("\"{name}\""), &format!("\"257.{name}\""));
     }
     let (is_read, said) =

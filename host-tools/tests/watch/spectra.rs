@@ -12,6 +12,7 @@ use flexid_core::stream::Reading;
 use flexid_edge::daemon;
 use flexid_edge::server::Listener;
 use flexid_pipeline::config::{Config, Listen};
+use flexid_pipeline::signals::Decoder;
 use flexid_pipeline::source::{Arrival, Flow, FrameSource, SourceHealth};
 use flexid_pipeline::stop::Stop;
 use flexid_simulation::experiment::Cut;
@@ -123,13 +124,14 @@ fn the_numbers_are_those_of_the_simulated_cut() {
     let pose = |_| cut.pose.clone();
     let sent = transmit(&true_motion, pose, sampling, quality, &config.signals, &mut rng).unwrap();
     let mut measured: [Vec<f64>; 3] = Default::default();
+    let mut decoder = Decoder::new(&config.signals);
     for frame in &sent.frames {
         let take = |reading: Reading| {
             if let Reading::Acceleration { value, .. } = reading {
                 measured.iter_mut().zip(value).for_each(|(all, own)| all.push(own.into()));
             }
         };
-        config.signals.decode(&frame.frame, take).unwrap();
+        decoder.decode(frame.time_s, &frame.frame, take).unwrap();
     }
     let frames =
         sent.frames.iter().map(|frame| Arrival::of_frame(START_S + frame.time_s, frame.frame));

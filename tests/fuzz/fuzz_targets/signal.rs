@@ -4,20 +4,20 @@
 //! keeps the bits of its neighbours, and brings a physical value back to half a step.
 #![no_main]
 
-use flexid_wire::bits::{ByteOrder, Signal, SignalError};
+use flexid_wire::bits::{ByteOrder, Number, Signal, SignalError};
 use libfuzzer_sys::fuzz_target;
 
-/// Start bit, length, Intel's byte order, signed, scale, offset, a physical value, a payload.
-type Input<'a> = (u16, u8, bool, bool, f64, f64, f64, &'a [u8]);
+/// Start bit, length, Intel's byte order, kind of number, scale, offset, a physical value, a payload.
+type Input<'a> = (u16, u8, bool, u8, f64, f64, f64, &'a [u8]);
 
 fuzz_target!(|input: Input<'_>| {
-    let (start_bit, length, intel, signed, scale, offset, physical, payload) = input;
+    let (start_bit, length, intel, number, scale, offset, physical, payload) = input;
     let signal = Signal {
         // Mostly near a payload, at times far outside.
         start_bit: if start_bit < 0xF000 { start_bit % 520 } else { start_bit },
         length: if length < 0xF0 { length % 66 } else { length },
         byte_order: if intel { ByteOrder::Intel } else { ByteOrder::Motorola },
-        signed,
+        number: [Number::Unsigned, Number::Signed, Number::Float][usize::from(number % 3)],
         scale,
         offset,
     };
@@ -39,6 +39,7 @@ fuzz_target!(|input: Input<'_>| {
     assert_eq!(payload, before);
 
     match signal.encode(physical, &mut payload) {
+        Ok(()) if signal.number == Number::Float => {}
         Ok(()) => returns_to_half_a_step(&signal, physical, &payload),
         Err(error) => {
             assert!(error == SignalError::NotANumber && physical.is_nan());

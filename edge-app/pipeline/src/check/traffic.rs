@@ -38,7 +38,7 @@ pub struct Identifier {
 /// Frames of one identifier.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Traffic {
-    /// Number of frames.
+    /// Number of frames, requests among them. Requests do not count for the rate.
     pub frames: u64,
     /// Number of intervals between frames, without silences.
     pub intervals: u64,
@@ -48,7 +48,7 @@ pub struct Traffic {
     pub newest_s: f64,
     /// Number of silences of the whole bus before that.
     pub silences: u64,
-    /// Number of frames of force or acceleration that came again, bit by bit. They do not count for the rate.
+    /// Number of frames of force or acceleration that came again, bit by bit, with their counter. They do not count for the rate.
     pub again: u64,
 }
 
@@ -85,7 +85,7 @@ pub struct Watched<'a> {
     expected: HashMap<Id, Traffic>,
     /// Readings of tables: force, acceleration, then the joints, base first.
     readings: Vec<Traffic>,
-    /// Newest frame of force and of acceleration.
+    /// Newest frame of each identifier that has a counter.
     newest: HashMap<Id, Frame>,
     unexpected: HashMap<Id, Traffic>,
     /// Time of the first frame, s.
@@ -192,8 +192,13 @@ impl<'a> Watched<'a> {
         };
         if let Some(traffic) = self.expected.get_mut(&frame.id) {
             let is_sampled = self.table.is_sampled(frame.id);
-            // The counter is a part of the frame.
-            if is_sampled && self.newest.insert(frame.id, *frame) == Some(*frame) {
+            if frame.kind == FrameKind::Remote || frame.data().is_empty() {
+                // A request. The answer follows.
+                traffic.frames += 1;
+                return;
+            }
+            let is_counted = self.table.is_counted(frame.id);
+            if is_counted && self.newest.insert(frame.id, *frame) == Some(*frame) {
                 traffic.frames += 1;
                 traffic.again += 1;
                 return;

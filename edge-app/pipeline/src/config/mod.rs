@@ -37,7 +37,7 @@ pub use fingerprint::{Fingerprint, Validity};
 pub use listen::{Listen, ListenError, SocketAccess};
 use recording::{Recording, Sections};
 use sections::Assumed;
-pub use sections::{ForceAxes, SignalsSection};
+pub use sections::{Axes, ChannelsSection, ClocksKey, ForceAxes, SignalsSection};
 
 /// Checked configuration of the daemon, the simulator and the offline tool.
 #[derive(Clone, Debug)]

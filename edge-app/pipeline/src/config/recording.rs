@@ -187,8 +187,16 @@ fn check_axes(
     by_topic: bool,
     poses: Option<&Poses>,
 ) -> Result<(), String> {
-    for (sensor, names) in [&signals.force, &signals.acceleration].into_iter().enumerate() {
-        let key = DIRECTIONS[sensor];
+    for (sensor, axes) in [&signals.force, &signals.acceleration].into_iter().enumerate() {
+        let (key, names) = (DIRECTIONS[sensor], &axes.names);
+        if axes.channels.is_some() {
+            if !has_bus {
+                return Err(format!(
+                    "[signals] {key} has channels with a matrix, which frames of a [bus] have: name the columns of three axes"
+                ));
+            }
+            continue;
+        }
         let named = names.iter().filter(|name| !name.is_empty());
         let is_single = named.clone().count() == 3 && names.iter().all(|name| *name == names[0]);
         let has_directions = poses.is_some_and(|poses| poses.have_directions[sensor]);
@@ -241,8 +249,8 @@ fn of_columns(names: &SignalsSection, topics: Option<&Topics>, model: &Model) ->
         }
         _ => names.clone(),
     };
-    let force = own(&names.force, topics.map(|topics| &topics.wrench));
-    let acceleration = own(&names.acceleration, topics.map(|topics| &topics.acceleration));
+    let force = own(&names.force.names, topics.map(|topics| &topics.wrench));
+    let acceleration = own(&names.acceleration.names, topics.map(|topics| &topics.acceleration));
     let mut axes = force.into_iter().chain(acceleration);
     let axes = std::array::from_fn(|_| axes.next().unwrap_or_default());
     let joints = names.joints.clone().unwrap_or_else(|| {

@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 use std::fmt;
 use std::path::PathBuf;
 
-use serde::de::value::SeqAccessDeserializer;
-use serde::de::{self, SeqAccess, Visitor};
+use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
+use serde::de::{self, MapAccess, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer};
 
 use super::{Accelerometer, BoundsSection};
@@ -60,43 +60,102 @@ pub(super) struct BusSection {
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SignalsSection {
-    /// Signals of the force along x, y, z of the TCP. In a table, an axis that is not measured has an empty name. One name alone, or three equal
-    /// ones, are a channel whose direction each cut states. Empty only where `[topics]` names those of a bag.
-    #[serde(default, deserialize_with = "one_or_three")]
-    pub force: [String; 3],
-    /// Signal that counts the instants in the force's message. A table has none: the number of the row counts.
+    /// Signals of the force along x, y, z of the TCP.
+    #[serde(default)]
+    pub force: Axes,
+    /// Unit of the force where the DBC file has none, and of what a matrix gives (N if left out).
+    pub force_unit: Option<String>,
+    /// Signal that counts the instants, in a message of the force or in one of its own. Without it the samples are counted. A table has none:
+    /// the number of the row counts.
     pub force_counter: Option<String>,
     /// Axes of the force. A table may have it along those of the base.
     #[serde(default)]
     pub force_axes: ForceAxes,
     /// Signals of the acceleration along x, y, z of the TCP, as those of the force.
-    #[serde(default, deserialize_with = "one_or_three")]
-    pub acceleration: [String; 3],
-    /// Signal that counts the instants in the acceleration's message. A table has none.
+    #[serde(default)]
+    pub acceleration: Axes,
+    /// Unit of the acceleration, as that of the force (m/s^2).
+    pub acceleration_unit: Option<String>,
+    /// Signal that counts the instants of the acceleration, as that of the force. Both may be the same.
     pub acceleration_counter: Option<String>,
+    /// Clocks of force and acceleration. If left out, one that is common to both if both have a counter, else each its own.
+    pub clocks: Option<ClocksKey>,
     /// Signals of the angle or stroke of each joint, base first. Tables may have their poses in a file of their own.
     pub joints: Option<Vec<String>>,
 }
 
-/// Reads the names of three signals, or one that counts as three.
-fn one_or_three<'de, D: Deserializer<'de>>(deserializer: D) -> Result<[String; 3], D::Error> {
-    struct Names;
-    impl<'de> Visitor<'de> for Names {
-        type Value = [String; 3];
+/// Signals of a sensor: those of its axes, or channels that give them.
+#[derive(Clone, Debug, Default)]
+pub struct Axes {
+    /// Signals along x, y, z. In a table, an axis that is not measured has an empty name. One name alone, or three equal ones, are a channel whose
+    /// direction each cut states. Empty where channels give the axes, or where `[topics]` names those of a bag.
+    pub names: [String; 3],
+    /// Channels that give the axes.
+    pub channels: Option<ChannelsSection>,
+}
 
-        fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-            f.write_str("the names of three signals, or that of one whose direction [recording] poses states")
-        }
+/// Channels of a sensor, and the affine map from them to its axes.
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ChannelsSection {
+    /// Signals of the channels, as the DBC file scales them; their units are not used.
+    pub channels: Vec<String>,
+    /// A row for each of x, y, z, with a number for each channel. Three further rows, of moments, are left out.
+    pub matrix: Vec<Vec<f64>>,
+    /// What is added to x, y, z; nothing if left out.
+    pub offset: Option<[f64; 3]>,
+}
 
-        fn visit_str<E: de::Error>(self, name: &str) -> Result<Self::Value, E> {
-            Ok([name; 3].map(str::to_owned))
-        }
-
-        fn visit_seq<A: SeqAccess<'de>>(self, names: A) -> Result<Self::Value, A::Error> {
-            Deserialize::deserialize(SeqAccessDeserializer::new(names))
-        }
+impl From<[String; 3]> for Axes {
+    fn from(names: [String; 3]) -> Self {
+        Self { names, channels: None }
     }
-    deserializer.deserialize_any(Names)
+}
+
+impl<'de> Deserialize<'de> for Axes {
+    /// Reads the names of three signals, one that counts as three, or channels.
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Names;
+        impl<'de> Visitor<'de> for Names {
+            type Value = Axes;
+
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("the names of three signals, that of one whose direction [recording] poses states, or channels with a matrix")
+            }
+
+            fn visit_str<E: de::Error>(self, name: &str) -> Result<Self::Value, E> {
+                Ok([name; 3].map(str::to_owned).into())
+            }
+
+            fn visit_seq<A: SeqAccess<'de>>(self, names: A) -> Result<Self::Value, A::Error> {
+                <[String; 3]>::deserialize(SeqAccessDeserializer::new(names)).map(Axes::from)
+            }
+
+            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Self::Value, A::Error> {
+                let channels = ChannelsSection::deserialize(MapAccessDeserializer::new(map))?;
+                Ok(Axes { channels: Some(channels), ..Axes::default() })
+            }
+        }
+        deserializer.deserialize_any(Names)
+    }
+}
+
+impl Axes {
+    /// Returns the names of its axes or channels.
+    pub(crate) fn all(&self) -> impl Iterator<Item = &String> {
+        let names = if self.channels.is_some() { &[][..] } else { &self.names };
+        names.iter().chain(self.channels.iter().flat_map(|map| &map.channels))
+    }
+}
+
+/// Clocks by which force and acceleration are sampled.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum ClocksKey {
+    /// Equal counters count the same instant.
+    Common,
+    /// Each sensor has its own.
+    Own,
 }
 
 /// Topics of bags of ROS 2.
@@ -280,11 +339,13 @@ impl SignalsSection {
     /// Returns every name with its key.
     pub(crate) fn all(&self) -> impl Iterator<Item = (&'static str, &String)> {
         let with = |key| move |name| (key, name);
-        (self.force.iter().map(with("force")))
-            .chain(self.acceleration.iter().map(with("acceleration")))
+        // One counter may be that of both.
+        let own = |name: &&String| self.force_counter.as_ref() != Some(*name);
+        (self.force.all().map(with("force")))
+            .chain(self.acceleration.all().map(with("acceleration")))
             .chain(self.joints().iter().map(with("joints")))
             .chain(self.force_counter.iter().map(with("force_counter")))
-            .chain(self.acceleration_counter.iter().map(with("acceleration_counter")))
+            .chain(self.acceleration_counter.iter().filter(own).map(with("acceleration_counter")))
     }
 }
 

@@ -14,7 +14,7 @@ pub struct Counts {
     pub wrong_length: u64,
     /// Number of frames of an identifier that has no signal.
     pub unknown: u64,
-    /// Number of remote requests and CAN FD frames of a known identifier.
+    /// Number of remote requests and of frames without data of a known identifier.
     pub not_data: u64,
     /// Worst misfit among the frames of a wrong length and those without data.
     pub misfit: Option<Misfit>,
@@ -24,6 +24,8 @@ pub struct Counts {
     pub at_limit: [u64; 6],
     /// Number of frames whose counter equals that of the frame before: force, acceleration.
     pub standing_still: [u64; 2],
+    /// Number of frames of force and acceleration that were left out, since another frame of their sample is missing.
+    pub left_out: u64,
     /// Number of force and acceleration readings that are not finite.
     pub not_finite: u64,
     /// Implausible readings.

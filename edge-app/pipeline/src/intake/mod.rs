@@ -18,8 +18,8 @@ use flexid_wire::text::clipped;
 
 use crate::config::Config;
 use crate::record::{Record, SAMPLES};
-use crate::signals::{NoReading, SignalTable};
-use crate::source::{Arrival, Content, Flow, Frame, FrameKind, FrameSource};
+use crate::signals::{Decoder, NoReading, SignalTable};
+use crate::source::{Arrival, Content, Flow, Frame, FrameSource};
 use crate::unchecked;
 pub use counts::Counts;
 use misfit::Misfits;
@@ -34,6 +34,7 @@ use window::{Mark, Window};
 /// Turns frames into records.
 pub struct Intake<'a> {
     table: &'a SignalTable,
+    decoder: Decoder<'a>,
     stream: Box<Stream<SAMPLES>>,
     counts: Counts,
     batch: Vec<Arrival>,
@@ -70,6 +71,7 @@ impl<'a> Intake<'a> {
     pub fn new(config: &'a Config) -> io::Result<Self> {
         Ok(Self {
             table: &config.signals,
+            decoder: Decoder::new(&config.signals),
             stream: Box::new(Stream::new(config.stream()).map_err(unchecked)?),
             counts: Counts::default(),
             batch: Vec::new(),
@@ -103,7 +105,7 @@ impl<'a> Intake<'a> {
 
     fn take(&mut self, &Arrival { time_s, content }: &Arrival, sink: &mut impl FnMut(&Record)) {
         let Self {
-            table,
+            decoder,
             stream,
             counts,
             heard,
@@ -133,7 +135,7 @@ impl<'a> Intake<'a> {
             });
         };
         let decoded = match content {
-            Content::Frame(frame) => Some((frame, table.decode(&frame, note))),
+            Content::Frame(frame) => Some((frame, decoder.decode(time_s, &frame, note))),
             Content::Reading(reading) => {
                 note(reading);
                 None
@@ -195,6 +197,7 @@ impl<'a> Intake<'a> {
         Counts {
             misfit: self.misfits.worst_since(&[]),
             standing_still: self.reading_faults.standing_still,
+            left_out: self.decoder.left_out(),
             not_finite: self.reading_faults.not_finite,
             implausible: self.plausibility.implausible(),
             stream: self.stream.health(),
@@ -297,8 +300,7 @@ fn count(frame: &Frame, reason: NoReading, counts: &mut Counts, misfits: &mut Mi
             counts.wrong_length += 1;
         }
         NoReading::NotData => {
-            let remote = frame.kind == FrameKind::Remote;
-            misfits.add(frame, if remote { MisfitKind::Remote } else { MisfitKind::Fd });
+            misfits.add(frame, MisfitKind::Remote);
             counts.not_data += 1;
         }
         NoReading::UnknownId => counts.unknown += 1,

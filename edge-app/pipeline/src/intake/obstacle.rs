@@ -1,6 +1,7 @@
 //! Obstacles that keep frames from becoming records.
 
 use flexid_core::stream::{Reading, StreamHealth};
+use flexid_wire::misfits::MisfitKind;
 use flexid_wire::rate::{RateUsed, WrongRate};
 use flexid_wire::state::{Obstacle, Sensor};
 
@@ -55,7 +56,10 @@ pub(crate) fn obstacle(counts: &Counts, config: &Config) -> Option<Obstacle> {
         Some((apart, Obstacle::CountersApart { jumps: apart })),
         Some((not_finite, Obstacle::NotFinite { readings: not_finite })),
         Some((counts.clipped, Obstacle::Clipped { frames: counts.clipped })),
-        misfit.map(|misfit| (misfit.frames, Obstacle::Misfit(misfit))),
+        // A sensor that is asked for each sample answers.
+        misfit
+            .filter(|misfit| misfit.kind != MisfitKind::Remote)
+            .map(|misfit| (misfit.frames, Obstacle::Misfit(misfit))),
     ];
     let (frames, obstacle) = obstacles.into_iter().flatten().max_by_key(|(frames, _)| *frames)?;
     (frames > 0 && frames >= frames_of_sensors(counts) / SHARE).then_some(obstacle)

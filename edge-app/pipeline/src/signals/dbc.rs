@@ -1,26 +1,21 @@
 //! Makes the table from signal names and a DBC file.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::HashSet;
 use std::path::Path;
 
-use can_dbc::{Dbc, MessageId, MultiplexIndicator, SignalExtendedValueType};
-use embedded_can::{ExtendedId, Id, StandardId};
-use flexid_wire::bits::{ByteOrder, Signal};
+use can_dbc::{Dbc, MessageId};
+use flexid_wire::bits::Signal;
 use flexid_wire::misfits::FrameId;
 
-use super::{Content, FINEST, Message, OtherAngle, SignalTable};
-use crate::config::SignalsSection;
+use super::lookup::{Found, Lookup, Named};
+use super::message::Content;
+use super::sensor::Keys;
+use super::{Clocks, OtherAngle, SignalTable};
+use crate::config::{ClocksKey, SignalsSection};
 use crate::input::{self, BadInput};
 use crate::model::{Kind, Model};
-use crate::units::{ACCELERATION, ANGLE, FORCE, Quantity, STROKE};
-
-/// Widths of counters that are accepted, bits. A narrower counter wraps too often to separate a loss from a pause. Wider ones
-/// do not exist.
-const COUNTER_BITS: std::ops::RangeInclusive<u8> = 8..=32;
-/// Steps of a signal that are accepted, SI units. The results that follow from other steps leave the range of floating point.
-const STEPS: std::ops::RangeInclusive<f64> = FINEST as f64..=1e12;
-/// Name of the message in which Vector's editor keeps signals without a message.
-const NO_MESSAGE: &str = "VECTOR__INDEPENDENT_SIG_MSG";
+use crate::source::LONGEST_DATA;
+use crate::units::{ACCELERATION, ANGLE, FORCE, STROKE};
 
 impl SignalTable {
     /// Looks up in `dbc_file` the signals that the config names. `model` determines which joints are prismatic.
@@ -62,22 +57,7 @@ impl SignalTable {
         }
         let dbc = parsed(&text).map_err(|mend| BadInput::new(dbc_file, mend))?;
         check_distinct(config, names)?;
-        let (Some(force_counter), Some(acceleration_counter)) =
-            (&names.force_counter, &names.acceleration_counter)
-        else {
-            let key = if names.force_counter.is_none() { "force" } else { "acceleration" };
-            return Err(BadInput::new(
-                config,
-                format!(
-                    "[signals] {key}_counter is missing: name the signal that counts the samples; only tables need none"
-                ),
-            ));
-        };
-        Lookup { config, dbc_file, dbc: &dbc }.table(
-            names,
-            [force_counter, acceleration_counter],
-            model,
-        )
+        Lookup { config, dbc_file, dbc: &dbc }.table(names, model)
     }
 }
 
@@ -133,79 +113,84 @@ fn check_distinct(config: &Path, names: &SignalsSection) -> Result<(), BadInput>
     Ok(())
 }
 
-/// Names of the config and the DBC file for errors, and the content of the DBC file.
-struct Lookup<'a> {
-    config: &'a Path,
-    dbc_file: &'a Path,
-    dbc: &'a Dbc,
-}
-
-/// A signal of the DBC file with the message that carries it.
-#[derive(Clone, Copy)]
-struct Found<'a> {
-    message: &'a can_dbc::Message,
-    signal: &'a can_dbc::Signal,
-}
-
 impl<'a> Lookup<'a> {
-    fn table(
-        &self,
-        names: &SignalsSection,
-        [of_force, of_acceleration]: [&String; 2],
-        model: &Model,
-    ) -> Result<SignalTable, BadInput> {
-        let mut messages = HashMap::new();
-        let (force, counter_bits) = self.vector(
-            "force",
-            &names.force,
-            ("force_counter", of_force),
-            &FORCE,
-            &mut messages,
-            |counter, axes| Content::Force { counter, axes },
-        )?;
-        let (acceleration, acceleration_counter_bits) = self.vector(
-            "acceleration",
-            &names.acceleration,
-            ("acceleration_counter", of_acceleration),
-            &ACCELERATION,
-            &mut messages,
-            |counter, axes| Content::Acceleration { counter, axes },
-        )?;
-        if counter_bits != acceleration_counter_bits {
-            return Err(self.bad_dbc(format!(
-                "{of_force} has {counter_bits} bits and {of_acceleration} has {acceleration_counter_bits}: force and \
-                 acceleration are joined by their counters, which must be equally wide"
-            )));
-        }
+    fn table(&self, names: &'a SignalsSection, model: &Model) -> Result<SignalTable, BadInput> {
+        let mut table = SignalTable::none();
+        let force = Keys {
+            sensor: 0,
+            key: "force",
+            axes: &names.force,
+            counter: names.force_counter.as_ref(),
+            unit: names.force_unit.as_ref(),
+            quantity: FORCE,
+        };
+        let acceleration = Keys {
+            sensor: 1,
+            key: "acceleration",
+            axes: &names.acceleration,
+            counter: names.acceleration_counter.as_ref(),
+            unit: names.acceleration_unit.as_ref(),
+            quantity: ACCELERATION,
+        };
+        let force = self.sensor(&force, &mut table)?;
+        let acceleration = self.sensor(&acceleration, &mut table)?;
+        (table.clocks, table.counter_bits) =
+            self.clocks(names, [force.counter_bits, acceleration.counter_bits])?;
+        let mut named: Vec<Named> = force.named.into_iter().chain(acceleration.named).collect();
         for (index, (name, joint)) in names.joints().iter().zip(model.driven()).enumerate() {
             let found = self.find("joints", name)?;
             let quantity = if joint.kind == Kind::Revolute { ANGLE } else { STROKE };
-            let value = self.scaled(found, &quantity)?;
+            let value = self.scaled(found, &quantity, None)?;
             let content = Content::Joint { index: index as u8, value };
-            self.add(found, content, &mut messages)?;
+            self.add(found.message, content, &[&found.signal.name], &mut table)?;
+            table.joints.push(found.signal.name.clone());
+            named.push(Named { name, found, layout: value });
         }
-        self.check_apart(names)?;
-        let axis = |name: &String| Ok::<_, BadInput>(self.find("", name)?.signal.name.clone());
-        let [fx, fy, fz] = &names.force;
-        let [ax, ay, az] = &names.acceleration;
-        Ok(SignalTable {
-            messages,
-            counter_bits: counter_bits.into(),
-            force_resolution: coarsest(&force),
-            acceleration_resolution: coarsest(&acceleration),
-            axes: [axis(fx)?, axis(fy)?, axis(fz)?, axis(ax)?, axis(ay)?, axis(az)?],
-            joints: names.joints().iter().map(axis).collect::<Result<_, _>>()?,
-            other_angles: self.other_angles(names)?,
-        })
+        self.check_apart(&named)?;
+        let mut axes = force.axes.into_iter().chain(acceleration.axes);
+        table.axes = std::array::from_fn(|_| axes.next().unwrap_or_default());
+        table.sensors = [force.sensor, acceleration.sensor];
+        table.force_resolution = force.resolution;
+        table.acceleration_resolution = acceleration.resolution;
+        table.other_angles = self.other_angles(&named);
+        Ok(table)
+    }
+
+    /// Returns the clocks of force and acceleration, whose counters have so many `bits`, and the width of the counters that join them.
+    fn clocks(
+        &self,
+        names: &SignalsSection,
+        bits: [Option<u32>; 2],
+    ) -> Result<(Clocks, u32), BadInput> {
+        let [force, acceleration] = bits;
+        match (names.clocks, force, acceleration) {
+            (Some(ClocksKey::Common), None, _) | (Some(ClocksKey::Common), _, None) => {
+                let key = if force.is_none() { "force" } else { "acceleration" };
+                Err(self.bad_config(format!(
+                    "[signals] clocks is \"common\", and {key}_counter is missing: name the signal that counts the samples of both, or write \"own\""
+                )))
+            }
+            (None | Some(ClocksKey::Common), Some(force), Some(acceleration)) => {
+                if force != acceleration {
+                    let name = |name: &Option<String>| name.clone().unwrap_or_default();
+                    return Err(self.bad_dbc(format!(
+                        "{} has {force} bits and {} has {acceleration}: force and acceleration are joined by their counters, which \
+                         must be equally wide; if they do not count the same instants, write clocks = \"own\" in [signals]",
+                        name(&names.force_counter),
+                        name(&names.acceleration_counter),
+                    )));
+                }
+                Ok((Clocks::Common, force))
+            }
+            (None | Some(ClocksKey::Own), ..) => Ok((Clocks::Own(bits), 32)),
+        }
     }
 
     /// Returns the signals in a unit of angles that the config does not name.
-    fn other_angles(&self, names: &SignalsSection) -> Result<Vec<OtherAngle>, BadInput> {
-        let named = names.all().map(|(key, name)| self.find(key, name));
-        let named = named.collect::<Result<Vec<_>, _>>()?;
+    fn other_angles(&self, named: &[Named]) -> Vec<OtherAngle> {
         let is_angle = |found: &Found| {
             ANGLE.size(&found.signal.unit).is_some()
-                && !named.iter().any(|other| std::ptr::eq(other.signal, found.signal))
+                && !named.iter().any(|own| std::ptr::eq(own.found.signal, found.signal))
         };
         let other = |Found { message, signal }: Found| {
             let id = match message.id {
@@ -214,263 +199,52 @@ impl<'a> Lookup<'a> {
             };
             OtherAngle { name: signal.name.clone(), id }
         };
-        Ok(self.all().filter(is_angle).map(other).collect())
-    }
-
-    /// All signals, without those that no message has.
-    fn all(&self) -> impl Iterator<Item = Found<'a>> + use<'a> {
-        let messages = self.dbc.messages.iter().filter(|message| message.name != NO_MESSAGE);
-        messages
-            .flat_map(|message| message.signals.iter().map(move |signal| Found { message, signal }))
+        self.all().filter(is_angle).map(other).collect()
     }
 
     /// Checks that no bit has two meanings. No signal has two names, no two signals overlap, and no two messages share an
     /// identifier.
-    fn check_apart(&self, names: &SignalsSection) -> Result<(), BadInput> {
-        let mut seen: Vec<(&String, Found, u64)> = Vec::new();
-        for (key, name) in names.all() {
-            let found = self.find(key, name)?;
-            let Found { message, signal } = found;
+    fn check_apart(&self, named: &[Named]) -> Result<(), BadInput> {
+        let mut seen: Vec<(&Named, [u8; LONGEST_DATA])> = Vec::new();
+        for own in named {
+            let Found { message, signal } = own.found;
             let is_twin = |other: &&can_dbc::Message| {
                 other.id == message.id && !std::ptr::eq(*other, message)
             };
             if let Some(twin) = self.dbc.messages.iter().find(is_twin) {
                 return Err(self.share(message, twin));
             }
-            let bits = bits(&self.layout(found)?);
-            let here = seen.iter().filter(|(_, other, _)| other.message.id == message.id);
-            for (other_name, other, other_bits) in here {
-                if other.signal.name == signal.name {
+            let bits = bits(&own.layout);
+            let here = seen.iter().filter(|(other, _)| other.found.message.id == message.id);
+            for (other, other_bits) in here {
+                // One counter may be that of both sensors.
+                if std::ptr::eq(other.found.signal, signal) && other.name == own.name {
+                    continue;
+                }
+                if other.found.signal.name == signal.name {
                     return Err(self.bad_config(format!(
-                        "[signals] names {}.{} as {other_name:?} and as {name:?}: each signal has one meaning",
-                        message.name, signal.name
+                        "[signals] names {}.{} as {:?} and as {:?}: each signal has one meaning",
+                        message.name, signal.name, other.name, own.name
                     )));
                 }
-                if bits & other_bits != 0 {
+                if bits.iter().zip(other_bits).any(|(one, other)| one & other != 0) {
                     return Err(self.bad_dbc(format!(
                         "signals {} and {} of message {} overlap: mend start bit or length",
-                        other.signal.name, signal.name, message.name
+                        other.found.signal.name, signal.name, message.name
                     )));
                 }
             }
-            seen.push((name, found, bits));
+            seen.push((own, bits));
         }
         Ok(())
-    }
-
-    /// Looks up three axes and their counter, which must share a message.
-    fn vector(
-        &self,
-        key: &str,
-        names: &[String; 3],
-        (counter_key, counter_name): (&str, &str),
-        quantity: &Quantity,
-        messages: &mut HashMap<Id, Message>,
-        content: impl FnOnce(Signal, [Signal; 3]) -> Content,
-    ) -> Result<([Signal; 3], u8), BadInput> {
-        let counter_at = self.find(counter_key, counter_name)?;
-        let counter = self.counter(counter_at)?;
-        let axis = |name: &String| {
-            let found = self.find(key, name)?;
-            if found.message.id != counter_at.message.id {
-                return Err(self.bad_config(format!(
-                    "[signals] {key}: {name:?} is in message {} and {counter_name:?} in {}: the three \
-                     axes and their counter must share a message",
-                    found.message.name, counter_at.message.name
-                )));
-            }
-            self.scaled(found, quantity)
-        };
-        let axes = [axis(&names[0])?, axis(&names[1])?, axis(&names[2])?];
-        self.add(counter_at, content(counter, axes), messages)?;
-        Ok((axes, counter.length))
-    }
-
-    /// Finds a signal by its name. If several messages have a signal of that name, `MESSAGE.signal` says which one, with the name of the
-    /// message or, if that is also the name of another, with its identifier in the DBC file.
-    fn find(&self, key: &str, name: &str) -> Result<Found<'a>, BadInput> {
-        let (message_name, signal_name) = match name.split_once('.') {
-            Some((message, signal)) => (Some(message), signal),
-            None => (None, name),
-        };
-        let is_meant = |message: &can_dbc::Message| {
-            message_name
-                .is_none_or(|own| message.name == own || message.id.raw().to_string() == own)
-        };
-        let matching: Vec<Found<'a>> = self
-            .all()
-            .filter(|found| found.signal.name == signal_name && is_meant(found.message))
-            .collect();
-        match matching[..] {
-            [found] => Ok(found),
-            [] => {
-                let known: Vec<&str> = self.all().map(|found| found.signal.name.as_str()).collect();
-                Err(self.bad_config(format!(
-                    "[signals] {key}: {name:?} is not in {}, which has {}",
-                    self.dbc_file.display(),
-                    if known.is_empty() { "no signals".to_string() } else { known.join(", ") },
-                )))
-            }
-            [first, second, ..] if std::ptr::eq(first.message, second.message) => Err(self
-                .bad_dbc(format!(
-                    "signal {signal_name} is twice in message {}: rename one",
-                    first.message.name
-                ))),
-            [first, second, ..] if first.message.id == second.message.id => {
-                Err(self.share(first.message, second.message))
-            }
-            [first, second, ..] => {
-                let [one, other] = [first, second].map(|found| self.label(found.message));
-                Err(self.bad_config(format!(
-                    "[signals] {key}: {name:?} is in messages {one} and {other} of {}: write \"{one}.{signal_name}\" or \"{other}.{signal_name}\"",
-                    self.dbc_file.display(),
-                )))
-            }
-        }
-    }
-
-    /// Returns what names a message alone: its name, or its identifier if another message has that name.
-    fn label(&self, message: &can_dbc::Message) -> String {
-        let namesakes = self.dbc.messages.iter().filter(|other| other.name == message.name);
-        if namesakes.count() > 1 { message.id.raw().to_string() } else { message.name.clone() }
-    }
-
-    /// The error about two messages of one identifier.
-    fn share(&self, one: &can_dbc::Message, other: &can_dbc::Message) -> BadInput {
-        self.bad_dbc(format!(
-            "messages {} and {} share the identifier {}: each frame has one layout",
-            one.name,
-            other.name,
-            one.id.raw()
-        ))
-    }
-
-    /// Returns the layout of a counter, which must be an integer without factor and offset.
-    fn counter(&self, found: Found) -> Result<Signal, BadInput> {
-        let signal = self.layout(found)?;
-        let name = &found.signal.name;
-        if signal.scale != 1.0 || signal.offset != 0.0 {
-            return Err(self.bad_dbc(format!(
-                "counter {name} has factor {} and offset {}: must be (1,0)",
-                signal.scale, signal.offset
-            )));
-        }
-        if !COUNTER_BITS.contains(&signal.length) {
-            return Err(self.bad_dbc(format!(
-                "counter {name} has {} bits: must have {} to {}",
-                signal.length,
-                COUNTER_BITS.start(),
-                COUNTER_BITS.end()
-            )));
-        }
-        Ok(signal)
-    }
-
-    /// Returns the layout of a signal, scaled to SI units.
-    fn scaled(&self, found: Found, quantity: &Quantity) -> Result<Signal, BadInput> {
-        let signal = self.layout(found)?;
-        let (unit, what) = (found.signal.unit.trim(), quantity.name);
-        let Some(size) = quantity.size(unit) else {
-            return Err(self.bad_dbc(format!(
-                "signal {} has unit {unit:?}: {what} must be in one of {}",
-                found.signal.name,
-                quantity.known()
-            )));
-        };
-        let in_si = Signal { scale: signal.scale * size, offset: signal.offset * size, ..signal };
-        if !STEPS.contains(&in_si.scale.abs()) || !in_si.offset.is_finite() {
-            return Err(self.bad_dbc(format!(
-                "signal {} has factor {:e} and offset {:e} ({unit}): no {what} is measured so",
-                found.signal.name, signal.scale, signal.offset
-            )));
-        }
-        Ok(in_si)
-    }
-
-    /// Returns the layout of a signal, as the DBC file scales it.
-    fn layout(&self, Found { message, signal }: Found) -> Result<Signal, BadInput> {
-        let name = &signal.name;
-        if signal.multiplexer_indicator != MultiplexIndicator::Plain {
-            return Err(self.bad_dbc(format!(
-                "signal {name} is multiplexed: flexid reads plain signals only"
-            )));
-        }
-        if !matches!(
-            self.dbc.extended_value_type_for_signal(message.id, name),
-            None | Some(SignalExtendedValueType::SignedOrUnsignedInteger)
-        ) {
-            return Err(self.bad_dbc(format!(
-                "signal {name} is a floating-point number: flexid reads scaled integers only"
-            )));
-        }
-        // The check refuses numbers that do not fit the types.
-        let layout = Signal {
-            start_bit: u16::try_from(signal.start_bit).unwrap_or(u16::MAX),
-            length: u8::try_from(signal.size).unwrap_or(u8::MAX),
-            byte_order: match signal.byte_order {
-                can_dbc::ByteOrder::LittleEndian => ByteOrder::Intel,
-                can_dbc::ByteOrder::BigEndian => ByteOrder::Motorola,
-            },
-            signed: signal.value_type == can_dbc::ValueType::Signed,
-            scale: signal.factor,
-            offset: signal.offset,
-        };
-        layout
-            .check(self.payload(message)?)
-            .map_err(|error| self.bad_dbc(format!("signal {name}: {error}")))?;
-        Ok(layout)
-    }
-
-    fn payload(&self, message: &can_dbc::Message) -> Result<usize, BadInput> {
-        match usize::try_from(message.size) {
-            Ok(bytes) if bytes <= 8 => Ok(bytes),
-            _ => Err(self.bad_dbc(format!(
-                "message {} has {} bytes: flexid reads classical CAN frames, of at most 8",
-                message.name, message.size
-            ))),
-        }
-    }
-
-    fn add(
-        &self,
-        Found { message, .. }: Found,
-        content: Content,
-        messages: &mut HashMap<Id, Message>,
-    ) -> Result<(), BadInput> {
-        let id = match message.id {
-            MessageId::Standard(id) => StandardId::new(id).map(Id::from),
-            MessageId::Extended(id) => ExtendedId::new(id).map(Id::from),
-        };
-        let id = id.ok_or_else(|| {
-            self.bad_dbc(format!(
-                "message {} has identifier {}: above 2047 it is extended, written with 2147483648 added",
-                message.name,
-                message.id.raw()
-            ))
-        })?;
-        let length = self.payload(message)?;
-        let entry = messages.entry(id).or_insert(Message { length, contents: Vec::new() });
-        entry.contents.push(content);
-        Ok(())
-    }
-
-    fn bad_config(&self, message: String) -> BadInput {
-        BadInput::new(self.config, message)
-    }
-
-    fn bad_dbc(&self, message: String) -> BadInput {
-        BadInput::new(self.dbc_file, message)
     }
 }
 
-/// Returns the bits of a payload of 8 bytes that a signal takes. The signal must have been checked to fit.
-fn bits(signal: &Signal) -> u64 {
-    let mut payload = [0; 8];
-    let ones = if signal.signed { -1 } else { *signal.raw_range().end() };
+/// Returns the bits of a payload that a signal takes. The signal must have been checked to fit.
+fn bits(signal: &Signal) -> [u8; LONGEST_DATA] {
+    let mut payload = [0; LONGEST_DATA];
+    let (low, high) = signal.raw_range().into_inner();
+    let ones = if low < 0 { -1 } else { high };
     let _ = signal.encode_raw(ones, &mut payload);
-    u64::from_le_bytes(payload)
-}
-
-fn coarsest(axes: &[Signal; 3]) -> f32 {
-    axes.iter().map(|axis| axis.scale.abs() as f32).fold(0.0, f32::max)
+    payload
 }

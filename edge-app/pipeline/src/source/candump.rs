@@ -262,7 +262,7 @@ fn arrival(record: &CanDumpRecord) -> Arrival {
     let frame = match &record.frame {
         CanAnyFrame::Normal(frame) => Frame::new(frame.id(), FrameKind::Data, frame.data()),
         CanAnyFrame::Remote(frame) => Frame::new(frame.id(), FrameKind::Remote, &[]),
-        CanAnyFrame::Fd(frame) => Frame::new(frame.id(), FrameKind::Fd, &[]),
+        CanAnyFrame::Fd(frame) => Frame::new(frame.id(), FrameKind::Data, frame.data()),
         CanAnyFrame::Error(frame) => {
             let class = ExtendedId::new(frame.error_bits()).unwrap_or(ExtendedId::ZERO);
             Frame::new(Id::Extended(class), FrameKind::Error, frame.data())
@@ -304,9 +304,10 @@ mod tests {
             Frame::new(standard(0x101), FrameKind::Data, &[3, 0, 0, 0, 0xFE, 0xFF, 0xFE, 14]);
         assert_eq!(frames[0].frame(), Some(force));
         let kinds: Vec<_> = frames.iter().map(|arrival| arrival.frame().unwrap().kind).collect();
-        use FrameKind::{Data, Error, Fd, Remote};
-        assert_eq!(kinds, [Data, Data, Remote, Fd, Error, Data]);
+        use FrameKind::{Data, Error, Remote};
+        assert_eq!(kinds, [Data, Data, Remote, Data, Error, Data]);
         assert_eq!(frames[1].frame().unwrap().id, ExtendedId::new(0x1234_5678).unwrap().into());
+        assert_eq!(frames[3].frame().unwrap().data(), [0xAA, 0xBB]);
         assert_eq!(frames[5].frame().unwrap().data(), b"");
         assert_eq!(health, SourceHealth::default());
     }

@@ -6,17 +6,18 @@ use flexid_core::stream::Reading;
 /// Kind of a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FrameKind {
-    /// The frame carries data.
+    /// The frame carries data, as a classical or a CAN FD frame.
     Data,
     /// The frame requests data.
     Remote,
     /// The frame reports an error of the bus. Its identifier is the class of the error.
     Error,
-    /// The frame is a CAN FD frame, which flexid does not read.
-    Fd,
 }
 
-/// A classical CAN frame.
+/// Longest payload of a frame, bytes: that of CAN FD.
+pub const LONGEST_DATA: usize = 64;
+
+/// A CAN frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Frame {
     /// Identifier: standard (11 bits) or extended (29 bits).
@@ -24,7 +25,7 @@ pub struct Frame {
     /// Kind of the frame.
     pub kind: FrameKind,
     length: u8,
-    bytes: [u8; 8],
+    bytes: [u8; LONGEST_DATA],
 }
 
 /// Content of a source at a time.
@@ -62,15 +63,15 @@ impl Arrival {
 }
 
 impl Frame {
-    /// Makes a frame of this kind. At most 8 bytes of `data` are kept.
+    /// Makes a frame of this kind. At most [`LONGEST_DATA`] bytes of `data` are kept.
     pub fn new(id: Id, kind: FrameKind, data: &[u8]) -> Self {
-        let length = data.len().min(8);
-        let mut bytes = [0; 8];
+        let length = data.len().min(LONGEST_DATA);
+        let mut bytes = [0; LONGEST_DATA];
         bytes[..length].copy_from_slice(&data[..length]);
         Self { id, kind, length: length as u8, bytes }
     }
 
-    /// Returns the data, 0 to 8 bytes.
+    /// Returns the data, 0 to 64 bytes.
     pub fn data(&self) -> &[u8] {
         &self.bytes[..usize::from(self.length)]
     }

@@ -17,7 +17,7 @@ use embedded_can::Id;
 use flexid_wire::trouble::{BusFault, Trouble};
 
 pub use candump::{CandumpLog, LOOK_AHEAD};
-pub use frame::{Arrival, Content, Frame, FrameKind};
+pub use frame::{Arrival, Content, Frame, FrameKind, LONGEST_DATA};
 pub use line::is_frame;
 pub use link::ErrorCounts;
 pub use logs::Logs;

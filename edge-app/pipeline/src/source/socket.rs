@@ -35,6 +35,8 @@ const LOOK: Duration = Duration::from_secs(1);
 const CAN_FRAME: usize = 16;
 /// Size of the kernel's `struct canfd_frame`, bytes.
 const CAN_FD_FRAME: usize = 72;
+/// Size of what precedes the data in both, bytes.
+const HEADER: usize = 8;
 // Flags beside the identifier in the first 4 bytes of a frame.
 const EXTENDED: u32 = 0x8000_0000;
 const REMOTE: u32 = 0x4000_0000;
@@ -247,7 +249,7 @@ fn open(interface: &str) -> Result<(socketcan::CanSocket, u32), OpenError> {
     })?;
     let opened = socketcan::CanSocket::open(interface).and_then(|socket| {
         socket.set_error_filter_accept_all()?;
-        // CAN FD frames are received so that they can be reported. A kernel without CAN FD refuses, and receives none.
+        // A kernel without CAN FD refuses, and receives no such frame.
         let _ = socket.set_socket_option_int(SOL_CAN_RAW, CAN_RAW_FD_FRAMES, 1);
         Ok(socket)
     });
@@ -285,7 +287,7 @@ fn control(message: &RecvMsg<()>) -> nix::Result<(Option<Duration>, Option<u32>)
     Ok((time, dropped))
 }
 
-/// Parses a frame in the kernel's layout: identifier with flags, length, 3 bytes of padding, data.
+/// Parses a frame in the kernel's layout, classical or CAN FD: identifier with flags, length, 3 bytes of flags and padding, data.
 fn frame(bytes: &[u8]) -> Option<Frame> {
     let (id, rest) = bytes.split_first_chunk::<4>()?;
     let raw = u32::from_ne_bytes(*id);
@@ -295,13 +297,13 @@ fn frame(bytes: &[u8]) -> Option<Frame> {
         Id::Standard(StandardId::new((raw & 0x7FF) as u16)?)
     };
     let kind = match bytes.len() {
-        CAN_FD_FRAME => FrameKind::Fd,
+        CAN_FD_FRAME => FrameKind::Data,
         CAN_FRAME if raw & ERROR != 0 => FrameKind::Error,
         CAN_FRAME if raw & REMOTE != 0 => FrameKind::Remote,
         CAN_FRAME => FrameKind::Data,
         _ => return None,
     };
-    let length = usize::from(*rest.first()?).min(8);
+    let length = usize::from(*rest.first()?).min(bytes.len() - HEADER);
     Some(Frame::new(id, kind, rest.get(4..4 + length)?))
 }
 
@@ -372,16 +374,19 @@ mod tests {
     }
 
     #[test]
-    fn frames_without_data_are_distinguished() {
+    fn every_kind_of_frame_is_distinguished() {
         let (mut source, bus) = pair();
         write(&bus, socketcan::CanRemoteFrame::new_remote(StandardId::MAX, 4).unwrap());
         write(&bus, socketcan::CanErrorFrame::new_error(0x0004, &[0; 8]).unwrap());
-        send(bus.as_raw_fd(), &[0; CAN_FD_FRAME], MsgFlags::empty()).unwrap();
+        let mut long = [7; CAN_FD_FRAME];
+        long[..HEADER].copy_from_slice(&[0, 0, 0, 0, 48, 0, 0, 0]);
+        send(bus.as_raw_fd(), &long, MsgFlags::empty()).unwrap();
         send(bus.as_raw_fd(), b"rubbish", MsgFlags::empty()).unwrap();
         let mut batch = Vec::new();
         source.read(&mut batch, Duration::from_secs(10)).unwrap();
         let kinds: Vec<_> = batch.iter().map(|arrival| arrival.frame().unwrap().kind).collect();
-        assert_eq!(kinds, [FrameKind::Remote, FrameKind::Error, FrameKind::Fd]);
+        assert_eq!(kinds, [FrameKind::Remote, FrameKind::Error, FrameKind::Data]);
+        assert_eq!(batch[2].frame().unwrap().data(), [7; 48]);
     }
 
     /// Errors do not set the link up. A fault that is over is no longer reported.

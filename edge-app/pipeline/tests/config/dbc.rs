@@ -10,7 +10,7 @@ fn mistakes_in_the_dbc_file_name_the_signal() {
         (
             "[-3276.8|3276.7] \"N\" EDGE\n SG_ Fy",
             "[-3276.8|3276.7] \"lb\" EDGE\n SG_ Fy",
-            "mill3.dbc: signal Fx has unit \"lb\": force must be in one of N, kN, mN, lbf",
+            "mill3.dbc: signal Fx has unit \"lb\": force must be in one of N, kN, mN, lbf, daN, kgf, kp, or state force_unit in [signals]",
         ),
         (
             "\"m/s^2\"",
@@ -45,8 +45,8 @@ fn mistakes_in_the_dbc_file_name_the_signal() {
         ),
         (
             "FORCE: 8",
-            "FORCE: 12",
-            "mill3.dbc: message FORCE has 12 bytes: flexid reads classical CAN frames, of at most 8",
+            "FORCE: 65",
+            "mill3.dbc: message FORCE has 65 bytes: a CAN FD frame has at most 64",
         ),
         (
             "BO_ 257 FORCE",
@@ -56,7 +56,7 @@ fn mistakes_in_the_dbc_file_name_the_signal() {
         (
             "SG_ Fx :",
             "SG_ Fx m0 :",
-            "mill3.dbc: signal Fx is multiplexed: flexid reads plain signals only",
+            "mill3.dbc: signal Fx is multiplexed: flexid reads plain signals only; set the sensor to",
         ),
         (
             "SG_ Joint1Counter :",
@@ -88,6 +88,10 @@ fn known_units_are_converted() {
     for (from, to, unit) in [("\"N\"", "\"kN\"", 1e3), ("\"N\"", "\"mN\"", 1e-3)] {
         let table = load("mill3.dbc", from, to).unwrap().signals;
         assert_eq!(table.force_resolution, (0.1 * unit) as f32);
+    }
+    for (unit, size) in [("\"mG\"", 9.80665e-3), ("\"µg\"", 9.80665e-6), ("\"μg\"", 9.80665e-6)] {
+        let table = load("mill3.dbc", "\"m/s^2\"", unit).unwrap().signals;
+        assert_eq!(table.acceleration_resolution, (0.002 * size) as f32, "{unit}");
     }
     let table = load("mill3.dbc", "\"m/s^2\"", "\"g\"").unwrap().signals;
     assert_eq!(table.acceleration_resolution, (0.002 * 9.80665) as f32);

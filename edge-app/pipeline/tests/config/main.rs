@@ -514,10 +514,39 @@ fn mistakes_in_the_config_name_place_and_mend() {
             "edge.toml:19: [signals] force: invalid length 2, expected an array of length 3",
         ),
         (
-            "force_counter = \"ForceCounter\"",
-            "force_counter = \"Joint1Counter\"",
-            "edge.toml: [signals] force: \"Fx\" is in message FORCE and \"Joint1Counter\" in JOINT_1: the \
-             three axes and their counter must share a message",
+            "force = [\"Fx\", \"Fy\", \"Fz\"]",
+            "force = { channels = [\"Fx\", \"Fy\"], matrix = [[1, 0], [0, 1], [0, 0]] }",
+            "edge.toml: [signals] force: channels names 2: three axes follow from 3 to 12",
+        ),
+        (
+            "force = [\"Fx\", \"Fy\", \"Fz\"]",
+            "force = { channels = [\"Fx\", \"Fy\", \"Fz\"], matrix = [[1, 0, 0], [0, 1, 0]] }",
+            "edge.toml: [signals] force: matrix has 2 rows: must have three, that give x, y and z, or three further ones",
+        ),
+        (
+            "force = [\"Fx\", \"Fy\", \"Fz\"]",
+            "force = { channels = [\"Fx\", \"Fy\", \"Fz\"], matrix = [[1, 0, 0], [0, 1], [0, 0, 1]] }",
+            "edge.toml: [signals] force: matrix has a row of 2 numbers, and there are 3 channels: write a number for each",
+        ),
+        (
+            "force = [\"Fx\", \"Fy\", \"Fz\"]",
+            "force = { channels = [\"Fx\", \"Fy\", \"Fz\"], matrix = [[1, 0, 0], [0, 1, 0], [1, 1, 0]] }",
+            "edge.toml: [signals] force: matrix does not tell x, y and z apart: its first three rows depend on each other",
+        ),
+        (
+            "force = [\"Fx\", \"Fy\", \"Fz\"]",
+            "force = { channels = [\"Fx\", \"Fy\", \"Fz\"], matrix = [[1, 0, 0], [0, 1, 0], [0, 0, nan]] }",
+            "edge.toml: [signals] force: matrix or offset has a number that is not finite",
+        ),
+        (
+            "force_counter",
+            "force_unit = \"kN\"\nforce_counter",
+            "edge.toml: [signals] force_unit is \"kN\", and signal Fx has unit \"N\" in mill3.dbc: leave it out",
+        ),
+        (
+            "force_counter",
+            "force_unit = \"lb\"\nforce_counter",
+            "edge.toml: [signals] force_unit is \"lb\": must be one of N, kN,",
         ),
         (
             "[\"Fx\", \"Fy\", \"Fz\"]",

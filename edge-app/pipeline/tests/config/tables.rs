@@ -199,8 +199,8 @@ fn a_bus_needs_all_of_it() {
         ),
         (
             "force_counter = \"ForceCounter\"",
-            "",
-            "edge.toml: [signals] force_counter is missing: name the signal that counts the samples",
+            "clocks = \"common\"",
+            "edge.toml: [signals] clocks is \"common\", and force_counter is missing: name the signal that counts the samples of both, or ",
         ),
         (
             JOINTS,

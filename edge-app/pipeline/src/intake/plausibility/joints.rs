@@ -3,6 +3,7 @@
 use std::f64::consts::{PI, TAU};
 
 use flexid_core::MAX_JOINTS;
+use flexid_wire::bits::Number;
 use flexid_wire::implausible::BeyondLimits;
 use flexid_wire::text::clipped;
 
@@ -77,6 +78,9 @@ impl Joints {
             let Some(signal) = signals.joint(joint) else {
                 return [f64::NEG_INFINITY, f64::INFINITY];
             };
+            if signal.number == Number::Float {
+                return [f64::MIN, f64::MAX];
+            }
             let (low, high) = signal.raw_range().into_inner();
             let [one, other] = [low, high].map(|raw| signal.scale * raw as f64 + signal.offset);
             let half = 0.5 * signal.scale.abs();
@@ -97,8 +101,8 @@ impl Joints {
         else {
             return true;
         };
-        let is_beyond = value < *lower || value > *upper;
-        let is_none = is_beyond && (value < *low || value > *high);
+        // A value that is not finite is in no range.
+        let is_none = !(*lower..=*upper).contains(&value) && !(*low..=*high).contains(&value);
         if is_none && let Some(none) = self.none.get_mut(joint) {
             *none = NoMeasurement { frames: none.frames + 1, value };
         }

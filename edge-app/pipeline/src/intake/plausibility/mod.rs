@@ -66,8 +66,8 @@ pub(super) struct Plausibility {
     channels: [Channel; 6],
     /// False for an axis that is not measured, or not in every cut.
     are_measured: [bool; 6],
-    /// Largest value of the counters.
-    last_counter: u32,
+    /// Largest counters of force and acceleration.
+    last_counters: [u32; 2],
     /// Newest counters of force and acceleration.
     counters: [Option<u32>; 2],
     /// Number of force frames.
@@ -130,7 +130,7 @@ impl Plausibility {
         Self {
             channels: std::array::from_fn(|axis| Channel::new(steps[axis / 3])),
             are_measured: std::array::from_fn(|axis| signals.is_measured(axis)),
-            last_counter: u32::MAX >> (32 - signals.counter_bits.clamp(1, 32)),
+            last_counters: [0, 1].map(|sensor| signals.last_counter(sensor)),
             counters: [None; 2],
             frames: 0,
             joints: Joints::new(&config.model, &config.signals),
@@ -222,8 +222,8 @@ impl Plausibility {
             return;
         }
         let before = self.counters[sensor].replace(counter);
-        let follows =
-            before.is_some_and(|before| before.wrapping_add(1) & self.last_counter == counter);
+        let last = self.last_counters[sensor];
+        let follows = before.is_some_and(|before| before.wrapping_add(1) & last == counter);
         let first = 3 * sensor;
         let mut spikes = [false; 3];
         for (axis, value) in value.iter().enumerate() {
