@@ -1,17 +1,18 @@
 //! The delay between force and acceleration that no line tells.
 //!
-//! Above the modes a rigid tool moves as a free mass: its accelerances are real, and constant over some octaves (Ewins, Modal Testing, 2000, section 2.2). Spectra A of the
-//! acceleration and F of the force, whose stamps differ by τ, fulfil
+//! Above the modes a rigid tool moves as a free mass: its accelerances are real, and constant over some octaves (Ewins, Modal Testing,
+//! 2000, section 2.2). Spectra A of the acceleration and F of the force, whose stamps differ by τ, fulfil
 //!
 //! ```text
 //! A e^{iωτ} = M F        M real, 3×3, positive on its diagonal
 //! ```
 //!
-//! The delay is the τ at which real M explain most, over all pieces of the log, each with an M of its own: forces along several axes may be as coherent with each other
-//! as milling makes them. Groups of bins have the weight that the scatter of a complex M leaves, which is that of their coherence (Hannan and Thomson, Estimating group delay,
-//! 1973), with an error of the model beside it.
+//! The delay is the τ at which real M explain most, over all pieces of the log, each with an M of its own: forces along several axes may be
+//! as coherent with each other as milling makes them. Groups of bins have the weight that the scatter of a complex M leaves, which is that
+//! of their coherence (Hannan and Thomson, Estimating group delay, 1973), with an error of the model beside it.
 //!
-//! The modes below leave a phase behind: on robots of the reference scenario 15 to 30 µs, the same in all cuts. It is part of the deviation.
+//! The modes below leave a phase behind: on robots of the reference scenario 15 to 30 µs, the same in all cuts. It is part of the
+//! deviation.
 
 use std::f64::consts::TAU;
 

@@ -6,13 +6,13 @@
 //! t = a_r + T n + w        w ≥ 0
 //! ```
 //!
-//! The period T is common to all runs; the offset a_r holds from one pause, restart or set clock to the next. The delay w is large where sender, bus or
-//! reader were held up, so that only the earliest arrival of each block of frames counts (Moon, Skelly and Towsley, Estimation and removal of clock skew from
-//! network delay measurements, 1999). Blocks that were held up as a whole are left out. What the earliest delay is on average is no part of the
-//! line: [`delay`](super::delay) finds it.
+//! The period T is common to all runs; the offset a_r holds from one pause, restart or set clock to the next. The delay w is large where
+//! sender, bus or reader were held up, so that only the earliest arrival of each block of frames counts (Moon, Skelly and Towsley,
+//! Estimation and removal of clock skew from network delay measurements, 1999). Blocks that were held up as a whole are left out. What the
+//! earliest delay is on average is no part of the line: [`delay`](super::delay) finds it.
 //!
-//! The noise of a block follows from the differences of neighbours (von Neumann, Distribution of the ratio of the mean square successive difference
-//! to the variance, 1941). Where the blocks scatter more about the line than that, the clock wanders: the deviations contain it.
+//! The noise of a block follows from the differences of neighbours (von Neumann, Distribution of the ratio of the mean square successive
+//! difference to the variance, 1941). Where the blocks scatter more about the line than that, the clock wanders: the deviations contain it.
 
 /// A frame in its run.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -8,11 +8,11 @@
 //! | `resample` | a signal at other instants                                         |
 //! | `found`    | what was found, for people                                         |
 //!
-//! The instants are those of the slower sensor, of the force if both are as fast. The signal of the other is taken there, behind a low-pass where it is the faster
-//! one. The readings that leave have common counters, and times on the lines. Joint angles keep their times.
+//! The instants are those of the slower sensor, of the force if both are as fast. The signal of the other is taken there, behind a low-pass
+//! where it is the faster one. The readings that leave have common counters, and times on the lines. Joint angles keep their times.
 //!
-//! What a fit can make good is a delay, one for each record beside it, and one drift: their standard deviations widen the accuracies. A clock that cannot be told so well gives no
-//! reading, but a reason.
+//! What a fit can make good is a delay, one for each record beside it, and one drift: their standard deviations widen the accuracies. A
+//! clock that cannot be told so well gives no reading, but a reason.
 
 mod delay;
 mod found;
@@ -94,11 +94,11 @@ const RESTART: u32 = 1 << 24;
 const SCATTER: f64 = 0.15;
 /// A sensor is the slower one from this ratio of periods on.
 const SLOWER: f64 = 1.1;
-/// Largest phase at the end of the band of what bends within a record, rad. A jitter of 50 µs costs a quarter of the parameters of the reference scenario, and none is missed;
-/// with 100 µs the fit does not settle (tried). At its 200 Hz 50 µs are this phase.
+/// Largest phase at the end of the band of what bends within a record, rad. A jitter of 50 µs costs a quarter of the parameters of the
+/// reference scenario, and none is missed; with 100 µs the fit does not settle (tried). At its 200 Hz 50 µs are this phase.
 const BEND_RAD: f64 = 0.063;
-/// Largest standard deviation of the delay of a record, over the shortest period of the band: a fit begins in the right basin within a quarter of that period, which is three of these. Of
-/// 200 Hz that is 0.42 ms: 1 ms was found, 3 ms was not (tried).
+/// Largest standard deviation of the delay of a record, over the shortest period of the band: a fit begins in the right basin within a
+/// quarter of that period, which is three of these. Of 200 Hz that is 0.42 ms: 1 ms was found, 3 ms was not (tried).
 const BASIN: f64 = 0.25 / 3.0;
 
 const NAME_COUNTER: &str =

@@ -1,8 +1,8 @@
 //! The numbers of a sensor's frames, by its counter and by when they came.
 //!
-//! A counter tells the number up to whole turns. Without a counter, a turn is a single frame: the frames are counted, and each that was lost is a turn that was
-//! missed. In both cases arrivals tell the turns. From where one was missed, no frame comes earlier than a turn after the line so far. A stall does
-//! not last: its frames come late, those behind it do not.
+//! A counter tells the number up to whole turns. Without a counter, a turn is a single frame: the frames are counted, and each that was
+//! lost is a turn that was missed. In both cases arrivals tell the turns. From where one was missed, no frame comes earlier than a turn
+//! after the line so far. A stall does not last: its frames come late, those behind it do not.
 
 use super::line::{Frame, median};
 
@@ -37,7 +37,8 @@ const STALL_S: f64 = 0.1;
 const LONG_STALL_S: f64 = 2.0;
 /// Fewest frames of a stretch whose earliest arrival counts.
 const FEWEST: usize = 64;
-/// Arrivals of a sender that keeps time stay within this of a line, s (core's `stream::clock`). A step that is no turn is larger: the counter began anew, or the clock was set.
+/// Arrivals of a sender that keeps time stay within this of a line, s (core's `stream::clock`). A step that is no turn is larger: the
+/// counter began anew, or the clock was set.
 const STRAYS_S: f64 = 5e-3;
 /// A frame whose counter is so few instants behind is late or doubled.
 const RECENT: i64 = 10;
@@ -229,8 +230,8 @@ impl Turns {
         numbered.sort_from(piece.len());
     }
 
-    /// Returns the first frame behind a loss that frames from `index` on show, and the turns. Half a window further on, the earliest shows whether it lasts. What
-    /// is earlier by half a turn came before it.
+    /// Returns the first frame behind a loss that frames from `index` on show, and the turns. Half a window further on, the earliest shows
+    /// whether it lasts. What is earlier by half a turn came before it.
     fn loss(
         &self,
         index: usize,

@@ -4,12 +4,13 @@
 //! y(x) = Σ_k x_k h(x − k)        h(x) = c sinc(c x) w(x / 32)
 //! ```
 //!
-//! x counts the samples of the input, w is Kaiser's window of β = 8 (Kaiser and Schafer, On the use of the I0-sinh window for spectrum analysis, 1980). Its 64 taps are flat to 1e-4
-//! up to 0.42 of the input's rate, and attenuate by 80 dB from 0.58 on. Where the output is the slower one, c and the number of taps scale with
-//! its period, so that the low-pass ends at its own Nyquist frequency: what would fold is gone.
+//! x counts the samples of the input, w is Kaiser's window of β = 8 (Kaiser and Schafer, On the use of the I0-sinh window for spectrum
+//! analysis, 1980). Its 64 taps are flat to 1e-4 up to 0.42 of the input's rate, and attenuate by 80 dB from 0.58 on. Where the output is
+//! the slower one, c and the number of taps scale with its period, so that the low-pass ends at its own Nyquist frequency: what would fold
+//! is gone.
 //!
-//! One or two samples that were lost are filled by the polynomial through three neighbours on each side. The outputs next to them are left out, for the stream to
-//! bridge, which knows its error. Of longer gaps, nothing near is given.
+//! One or two samples that were lost are filled by the polynomial through three neighbours on each side. The outputs next to them are left
+//! out, for the stream to bridge, which knows its error. Of longer gaps, nothing near is given.
 
 use std::f64::consts::PI;
 

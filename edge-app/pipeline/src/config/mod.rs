@@ -301,6 +301,9 @@ impl Config {
         let coarsest = |steps: &[f32]| steps.iter().copied().fold(FINEST, f32::max);
         signals.force_resolution = coarsest(&tables.steps[..3]);
         signals.acceleration_resolution = coarsest(&tables.steps[3..]);
+        if tables.own_clocks {
+            signals.clocks = Clocks::Own([None; 2]);
+        }
         config.signals = signals;
         if !self.knows_rate {
             config.rate_hz = tables.rate_hz.ok_or_else(|| {

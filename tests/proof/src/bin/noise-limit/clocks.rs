@@ -1,5 +1,5 @@
-//! Sensors without a common counter, on the plausible plants of `plants`: frames that are stamped on arrival, through a bus or an adapter, by clocks that are 1 ms and 20 ppm
-//! apart.
+//! Sensors without a common counter, on the plausible plants of `plants`: frames that are stamped on arrival, through a bus or an adapter,
+//! by clocks that are 1 ms and 20 ppm apart.
 //!
 //! Each cut is a recording of its own: its frames come after a pause, and are not counted.
 
