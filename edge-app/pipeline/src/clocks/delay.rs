@@ -1,17 +1,18 @@
 //! The delay between force and acceleration that no line tells.
 //!
-//! Above the modes a rigid tool moves as a free mass (Ewins, Modal Testing, 2000, section 2.2), which springs and dampers hold less the higher
-//! the frequency. Spectra A of the acceleration and F of the force, whose stamps differ by τ, fulfil
+//! Above the modes a rigid tool moves as a free mass (Ewins, Modal Testing, 2000, section 2.2), which springs and dampers hold less the
+//! higher the frequency. Spectra A of the acceleration and F of the force, whose stamps differ by τ, fulfil
 //!
 //! ```text
 //! A e^{iωτ} = (M + i D ω₀/ω + K ω₀²/ω²) F        M, D, K real, 3×3; M positive on its diagonal
 //! ```
 //!
-//! The delay is the τ at which such matrices explain most, over all pieces of the log, each with its own: forces along several axes may be as
-//! coherent with each other as milling makes them. Groups of bins have the weight that the scatter of a complex matrix leaves, which is that
-//! of their coherence (Hannan and Thomson, Estimating group delay, 1973), with an error of the model beside it.
+//! The delay is the τ at which such matrices explain most, over all pieces of the log, each with its own: forces along several axes may be
+//! as coherent with each other as milling makes them. Groups of bins have the weight that the scatter of a complex matrix leaves, which is
+//! that of their coherence (Hannan and Thomson, Estimating group delay, 1973), with an error of the model beside it.
 //!
-//! What modes near and in the band leave is part of the deviation: on eight robots drawn from the bounds of the reference scenario the errors were -35 to 10 µs, 18 µs in the mean square (simulated). Without D and K they were -77 to -206 µs.
+//! What modes near and in the band leave is part of the deviation: on eight robots drawn from the bounds of the reference scenario the
+//! errors were -35 to 10 µs, 18 µs in the mean square (simulated). Without D and K they were -77 to -206 µs.
 
 use std::f64::consts::TAU;
 
