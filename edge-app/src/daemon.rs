@@ -267,6 +267,7 @@ impl Reader<'_> {
         }
         self.keep_last(&mut intake, sender);
         Ok(End::Outcome(Box::new(Outcome {
+            clocks: None,
             finding: None,
             robot: None,
             statics: None,

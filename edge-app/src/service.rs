@@ -62,7 +62,7 @@ impl Signals {
 /// Begins to read a config.
 fn reading(file: &Path) -> io::Result<Detached<Result<Config, BadInput>>> {
     let (named, file) = (format!("reading {}", file.display()), file.to_path_buf());
-    Detached::begin("flexid-config", named, move || Config::load(&file))
+    Detached::begin("flexid-config", named, move || Config::load_live(&file))
 }
 
 /// Connects the signals, the service manager and the daemon.

@@ -3,6 +3,7 @@
 //! Lines of text are for people. Beside each stands what it names and counts, for scripts. A kind without numbers or names is a
 //! string, `"imposed_parameters"`; any other kind is an object with one entry, `{"bus_errors": {"errors": 3}}`.
 
+use flexid_pipeline::clocks::FoundClocks;
 use flexid_pipeline::report::StaticReport;
 use flexid_pipeline::robot::FoundRobot;
 use flexid_report::evidence::{Evidence, Origin};
@@ -47,6 +48,9 @@ pub(crate) struct ResultJson<'a> {
     /// Evidence that a report shows beside. Left out without records, and of a daemon.
     #[serde(flatten, skip_serializing_if = "Option::is_none")]
     evidence: Option<&'a Evidence>,
+    /// Clocks of the sensors. Left out if one counter counts the instants of both, and of a daemon.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    clocks: Option<WithText<'a, FoundClocks>>,
     /// Origin of the result. Left out of a daemon's result.
     #[serde(skip_serializing_if = "Option::is_none")]
     origin: Option<&'a Origin>,
@@ -161,6 +165,7 @@ impl<'a> From<&'a Finding> for ResultJson<'a> {
             static_tests: None,
             robot: None,
             evidence: None,
+            clocks: None,
             origin: None,
             truth: None,
             spectra: None,
@@ -186,6 +191,11 @@ impl<'a> ResultJson<'a> {
     /// The result with the evidence that a report shows, and its origin.
     pub(crate) fn with_evidence(self, evidence: Option<&'a Evidence>, origin: &'a Origin) -> Self {
         Self { evidence, origin: Some(origin), ..self }
+    }
+
+    /// The result with the clocks of the sensors.
+    pub(crate) fn with_clocks(self, clocks: Option<&'a FoundClocks>) -> Self {
+        Self { clocks: clocks.map(WithText::from), ..self }
     }
 
     /// The result with the intervals that hold the truth.

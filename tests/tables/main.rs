@@ -3,6 +3,7 @@
 //! The tables are written here from the frames, by the layout of `mill3.dbc`, with none of flexid's code.
 
 mod binary;
+mod clocks;
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;

@@ -7,7 +7,7 @@
 //! | [`model`]: the robot                     | [`intake`]: frames to records, and what is implausible in them    |
 //! | [`signals`]: what frames hold            | [`solver`]: records to an estimate, and what is kept of them      |
 //! | [`statics`]: static tests                | [`report`]: an estimate to a finding                              |
-//! | [`poses`]: joint angles of tables        |                                                                   |
+//! | [`poses`]: joint angles of tables        | [`clocks`]: instants of sensors without a common counter          |
 //! | [`path`]: the tool's path, with forces   | [`check`]: frames to what is right and wrong in them, without a fit |
 #![forbid(unsafe_code)]
 
@@ -16,6 +16,7 @@
 extern crate self as flexid_pipeline;
 
 pub mod check;
+pub mod clocks;
 mod columns;
 pub mod config;
 pub mod dynamics;

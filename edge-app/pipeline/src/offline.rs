@@ -77,7 +77,15 @@ fn run(
             Err(error) => break Some(error),
         }
     };
-    intake.finish(&mut take);
+    // Of sensors with clocks of their own no record has come. What is told of the clocks says how wide the accuracies must be.
+    let widened = match intake.tell_clocks() {
+        Some(Ok(found)) => Some(config.with_clocks(found)),
+        _ => None,
+    };
+    if let Some(config) = &widened {
+        solver = Solver::new(config)?;
+    }
+    intake.finish(|record| solver.admit(record, &go_on, &mut on_progress));
     solver.work(&go_on, || false, &mut on_progress);
     let breaks = broken.iter().map(|error| Trouble::RecordingBroken(clipped(error)));
     let troubles: Vec<_> = breaks.chain(source.health().troubles).collect();
@@ -89,5 +97,17 @@ fn run(
     }
     let (robot, statics) = (solver.robot(), solver.static_report());
     let (records, course) = (solver.fitted_records(), solver.course().to_vec());
-    Ok(Outcome { finding, robot, statics, records, course, counts, state, troubles, broken })
+    let clocks = intake.tell_clocks().cloned();
+    Ok(Outcome {
+        clocks,
+        finding,
+        robot,
+        statics,
+        records,
+        course,
+        counts,
+        state,
+        troubles,
+        broken,
+    })
 }

@@ -6,6 +6,7 @@ use flexid_wire::finding::Finding;
 use flexid_wire::state::State;
 use flexid_wire::trouble::Trouble;
 
+use crate::clocks::{FoundClocks, Untold};
 use crate::intake::Counts;
 use crate::report::StaticReport;
 use crate::robot::FoundRobot;
@@ -24,6 +25,8 @@ pub struct Outcome {
     pub records: Vec<FittedRecord>,
     /// Points at which the refinements stood in the course of the work. Empty of a daemon.
     pub course: Vec<CoursePoint>,
+    /// What was told of the clocks, if each sensor has its own.
+    pub clocks: Option<Result<FoundClocks, Untold>>,
     /// Counts of what has come in.
     pub counts: Counts,
     /// Cause of a missing record: what the run still waited for, the obstacle to records, or the records that were not used.

@@ -104,7 +104,7 @@ fn of_obstacle(survey: &Survey) -> Option<Finding> {
                 "the counters of force and acceleration do not go together: {}",
                 count(*jumps, "jump")
             ),
-            "both must be equal at the same instant: start the sensors together",
+            "both must be equal at the same instant: start the sensors together, or write clocks = \"own\" in [signals]",
         ),
         Obstacle::NotFinite { readings } => (
             format!("{} not finite", count(*readings, "reading")),

@@ -66,6 +66,7 @@ pub(super) fn record(number: u64) -> Examined {
 /// A survey without a record.
 pub(super) fn empty() -> Survey {
     Survey {
+        clocks: None,
         counts: Counts::default(),
         state: State::AwaitingRecord { seconds: 4.096, faint_force_n: None, implausible: None },
         expected: Vec::new(),

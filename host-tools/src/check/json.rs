@@ -2,6 +2,7 @@
 
 use anyhow::Result;
 use flexid_pipeline::check::{Examined, Identifier};
+use flexid_pipeline::clocks::FoundClocks;
 use serde::Serialize;
 
 use super::{Check, Finding};
@@ -13,6 +14,9 @@ struct CheckJson<'a> {
     ready: bool,
     verdict: String,
     findings: &'a [Finding],
+    /// Clocks of the sensors. Left out if one counter counts the instants of both, or if they cannot be told.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    clocks: Option<&'a FoundClocks>,
     identifiers: Vec<IdentifierJson<'a>>,
     records: Vec<RecordJson<'a>>,
 }
@@ -67,6 +71,7 @@ pub(crate) fn text(check: &Check) -> Result<String> {
         ready: check.is_ready(),
         verdict: check.verdict(),
         findings: &check.findings,
+        clocks: survey.and_then(|survey| survey.clocks.as_ref()?.as_ref().ok()),
         identifiers: identifiers.chain(unexpected.map(|one| identifier(one, false))).collect(),
         records: survey.map_or(&[][..], |survey| &survey.records).iter().map(record).collect(),
     };

@@ -4,6 +4,7 @@
 //! | ------------- | ------------------------------------------------------------- |
 //! | `setup`       | the configuration and its DBC file                            |
 //! | `identifiers` | identifiers and rates                                         |
+//! | `clocks`      | clocks that the sensors have of their own                      |
 //! | `counters`    | lost frames, and the counters of the sensors                  |
 //! | `joints`      | joint angles that are wrong, coarse, or come no more          |
 //! | `units`       | units of angles, acceleration and force                       |
@@ -20,6 +21,7 @@
 //! their file, each with its source.
 
 mod blows;
+mod clocks;
 mod counters;
 mod excitation;
 #[cfg(test)]
@@ -116,6 +118,7 @@ impl<'a> Check<'a> {
         if let Some(survey) = survey {
             findings.extend(source::judge(survey));
             findings.extend(identifiers::judge(config, survey));
+            findings.extend(clocks::judge(survey));
             findings.extend(counters::judge(survey));
             findings.extend(joints::judge(config, survey));
             findings.extend(units::judge(config, survey));

@@ -7,6 +7,7 @@ use flexid_console::output::{self, Output};
 use flexid_console::progress;
 use flexid_edge::console::{complain, print};
 use flexid_pipeline::check::Watched;
+use flexid_pipeline::clocks::FoundClocks;
 use flexid_pipeline::config::Config;
 use flexid_pipeline::dynamics::Robot;
 use flexid_pipeline::input::BadInput;
@@ -95,7 +96,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
     if is_read_again {
         warn_at_once(&config, &args.logs)?;
     }
-    let Identified { config, finding, robot, statics, evidence, broken } = match args
+    let Identified { config, finding, robot, statics, evidence, clocks, broken } = match args
         .logs
         .as_slice()
     {
@@ -105,7 +106,15 @@ pub(super) fn run(args: &Args) -> Result<()> {
             let (finding, statics, robot) =
                 identified.ok_or_else(|| BadInput::new(&args.config, nothing))?;
             let (robot, statics) = (Some(robot), Some(statics));
-            Identified { config, finding, robot, statics, evidence: None, broken: None }
+            Identified {
+                config,
+                finding,
+                robot,
+                statics,
+                evidence: None,
+                clocks: None,
+                broken: None,
+            }
         }
         logs => from_logs(&config, logs)?,
     };
@@ -119,6 +128,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
             .with_model_warnings(urdf::warnings(&config.model))
             .with(robot.as_ref(), statics.as_ref())
             .with_evidence(evidence.as_ref(), &origin)
+            .with_clocks(clocks.as_ref())
             .with_truth(coverage.as_ref());
         let text = serde_json::to_string_pretty(&result)? + "\n";
         write(args, &text, json, page)
@@ -132,6 +142,9 @@ pub(super) fn run(args: &Args) -> Result<()> {
         // The table waits for it.
         let _bar = progress::endless("comparing with the truth");
         text += &validation::compare(&config, scenario.as_ref(), &truth, &estimate)?;
+    }
+    if let Some(clocks) = &clocks {
+        text += &format!("clocks: {clocks}\n");
     }
     text += &coverage.map(|own| own.to_string()).unwrap_or_default();
     if let Some(loads) = evidence.as_ref().and_then(|own| loads_of(&finding, robot, own)) {
@@ -254,6 +267,8 @@ struct Identified {
     statics: Option<StaticReport>,
     /// Evidence that a report shows beside. `None` without records.
     evidence: Option<Evidence>,
+    /// Clocks of the sensors, if each has its own.
+    clocks: Option<FoundClocks>,
     /// The error that prevented reading the logs to their end, if there was one.
     broken: Option<anyhow::Error>,
 }
@@ -268,16 +283,20 @@ fn from_logs(config: &Config, logs: &[PathBuf]) -> Result<Identified> {
     let other_robot = of_other_angles(&config, &source.expected(), &source.unexpected())
         .map(|finding| finding.to_string());
     let evidence = Some(Evidence::of(&outcome)).filter(|evidence| !evidence.records.is_empty());
-    let Outcome { finding, robot, statics, state, troubles, broken, .. } = outcome;
+    let Outcome { finding, robot, statics, clocks, state, troubles, broken, .. } = outcome;
 
     let broken =
         broken.map(|error| anyhow!("the recording breaks off: {error}: copy or record it again"));
     if let Some(finding) = finding {
         other_robot.iter().for_each(|other| complain(&format!("warning: {other}")));
         robot.iter().for_each(|robot| warn_of_one_pose(&config, robot));
-        return Ok(Identified { config, finding, robot, statics, evidence, broken });
+        let clocks = clocks.and_then(Result::ok);
+        return Ok(Identified { config, finding, robot, statics, evidence, clocks, broken });
     }
     let Some(first) = logs.first() else { return Err(anyhow!("no log, and nothing found")) };
+    if let Some(Err(untold)) = clocks {
+        return Err(BadInput::new(first, untold).into());
+    }
     // Without time nothing else that is said of rates and records is right.
     let timeless = troubles.iter().find_map(|own| match own {
         Trouble::Stamps { fault, frames, .. } if fault.is_of_all() => {

@@ -25,6 +25,7 @@ use flexid_wire::text::clipped;
 use flexid_wire::trouble::Trouble;
 use flexid_wire::warning::Warning;
 
+use crate::clocks::{FoundClocks, Untold};
 use crate::config::Config;
 use crate::intake::{Counts, Intake, obstacle, plausibility, rate_used, wrong_rate};
 use crate::offline::on_a_large_stack;
@@ -43,6 +44,8 @@ pub use crate::intake::plausibility::rest::AtRest;
 pub struct Survey {
     /// Counts of the intake.
     pub counts: Counts,
+    /// What was told of the clocks, if each sensor has its own.
+    pub clocks: Option<Result<FoundClocks, Untold>>,
     /// Obstacle to records, or what the intake waited for at the end.
     pub state: State,
     /// Identifiers of the DBC file's signals: force, acceleration, then the joints, base first.
@@ -129,6 +132,7 @@ fn run(
     let counts = intake.counts();
     let readings = &counts.implausible;
     Ok(Survey {
+        clocks: intake.tell_clocks().cloned(),
         state: intake.state(config),
         obstacle: obstacle(&counts, config),
         elsewhere: source.elsewhere(),

@@ -15,15 +15,16 @@ use flexid_core::MAX_JOINTS;
 use flexid_core::imperfection::Accuracies;
 use flexid_core::mounting::Mounting;
 use flexid_core::parameters::Bounds;
-use flexid_core::sought::Sought;
+use flexid_core::sought::{Coordinate, Sought};
 use flexid_core::spectrum::Measurement;
 use flexid_core::stream::{AngleSignal, StreamConfig};
 use flexid_wire::text::{FileName, clipped};
 
+use crate::clocks::{self, FoundClocks};
 use crate::input::{self, BadInput};
 use crate::model::{Kind, Model};
 use crate::poses::Poses;
-use crate::signals::{FINEST, SignalTable};
+use crate::signals::{Clocks, FINEST, SignalTable};
 use crate::source::{Layout, Shown, Topics};
 use crate::statics::{self, StaticTests};
 use crate::text::printable;
@@ -116,6 +117,21 @@ impl Config {
     /// The error is one line that names the file, the place and the correction.
     pub fn load(file: &Path) -> Result<Self, BadInput> {
         Self::parse(file, &input::read_regular(file)?)
+    }
+
+    /// [`Config::load`], to read a bus as it speaks.
+    ///
+    /// # Errors
+    /// The errors are those of [`Config::load`], and that force and acceleration share no counter: their clocks are told at the end of a recording.
+    pub fn load_live(file: &Path) -> Result<Self, BadInput> {
+        let config = Self::load(file)?;
+        match config.own_clocks() {
+            None => Ok(config),
+            Some(_) => Err(BadInput::new(
+                file,
+                "[signals] names no counter that counts the instants of both sensors, and a daemon needs one: record the bus with `candump -L`, and identify from the log",
+            )),
+        }
     }
 
     /// [`Config::load`], to read recordings. A file for tables may leave out `[bus]`, and the rate where they have a column of time.
@@ -285,6 +301,9 @@ impl Config {
         let coarsest = |steps: &[f32]| steps.iter().copied().fold(FINEST, f32::max);
         signals.force_resolution = coarsest(&tables.steps[..3]);
         signals.acceleration_resolution = coarsest(&tables.steps[3..]);
+        if tables.own_clocks {
+            signals.clocks = Clocks::Own([None; 2]);
+        }
         config.signals = signals;
         if !self.knows_rate {
             config.rate_hz = tables.rate_hz.ok_or_else(|| {
@@ -296,6 +315,27 @@ impl Config {
             config.knows_rate = true;
         }
         Ok(config)
+    }
+
+    /// Returns what is known beforehand of clocks that the sensors have of their own. `None` if one counter counts the instants of both.
+    pub(crate) fn own_clocks(&self) -> Option<clocks::Expected> {
+        let Clocks::Own(counter_bits) = self.signals.clocks else { return None };
+        Some(clocks::Expected {
+            counter_bits,
+            rate_hz: self.rate_hz,
+            highest_hz: self.band_hz[1],
+            record_samples: self.record_samples,
+            axes: [self.mounting.force_axes, self.mounting.accelerometer_axes],
+            seeks_delay: self.sought.unknown(Coordinate::Delay).is_some(),
+        })
+    }
+
+    /// Returns the config whose accuracies are wide enough for what was told of the clocks.
+    pub fn with_clocks(&self, found: &FoundClocks) -> Self {
+        let typical =
+            if self.assumes_perfect { Accuracies::default() } else { Accuracies::typical() };
+        let seeks_delay = self.sought.unknown(Coordinate::Delay).is_some();
+        Self { accuracies: found.widen(&self.accuracies, &typical, seeks_delay), ..self.clone() }
     }
 
     /// Returns band, gravity, accelerometer and mounting, from which core makes experiments of records.
@@ -325,7 +365,8 @@ impl Config {
             rate_hz: self.rate_hz,
             record_samples: self.record_samples,
             joints: self.model.driven().count(),
-            counter_bits: self.signals.counter_bits,
+            // Readings of sensors with clocks of their own get common counters of 32 bits.
+            counter_bits: if self.own_clocks().is_some() { 32 } else { self.signals.counter_bits },
             force_resolution: self.signals.force_resolution,
             acceleration_resolution: self.signals.acceleration_resolution,
             angles,

@@ -16,6 +16,7 @@ use flexid_wire::misfits::{self, MisfitKind};
 use flexid_wire::state::{Obstacle, Sensor, State};
 use flexid_wire::text::clipped;
 
+use crate::clocks::{FoundClocks, Kept, Untold};
 use crate::config::Config;
 use crate::record::{Record, SAMPLES};
 use crate::signals::{Decoder, NoReading, SignalTable};
@@ -45,6 +46,10 @@ pub struct Intake<'a> {
     unknown: UnknownFrames,
     reading_faults: ReadingFaults,
     plausibility: Plausibility,
+    /// Readings of sensors with clocks of their own, until the recording ends.
+    kept: Option<Box<Kept>>,
+    /// What was told of these clocks.
+    clocks: Option<Result<FoundClocks, Untold>>,
 }
 
 /// Silence of a sensor after which its frames do not come any more, s: that of a joint angle that comes in a cycle.
@@ -81,6 +86,8 @@ impl<'a> Intake<'a> {
             unknown: UnknownFrames::default(),
             reading_faults: ReadingFaults::default(),
             plausibility: Plausibility::new(config),
+            kept: config.own_clocks().map(|expected| Box::new(Kept::new(expected))),
+            clocks: None,
         })
     }
 
@@ -114,6 +121,7 @@ impl<'a> Intake<'a> {
             unknown,
             reading_faults,
             plausibility,
+            kept,
             ..
         } = self;
         heard.newest_s = time_s;
@@ -128,6 +136,9 @@ impl<'a> Intake<'a> {
             }
             let is_of_sensor = !matches!(reading, Reading::Joint { .. } | Reading::Setup(_));
             is_over |= is_of_sensor && window.note();
+            if let Some(kept) = kept {
+                return kept.push(time_s, reading);
+            }
             stream.push(time_s, reading, |record| {
                 has_record = true;
                 plausibility.note_record(record);
@@ -169,6 +180,16 @@ impl<'a> Intake<'a> {
     /// Ends the stream: no frame will follow. Passes to `sink` what is complete enough for a record.
     pub fn finish(&mut self, mut sink: impl FnMut(&Record)) {
         let mut has_record = false;
+        self.tell_clocks();
+        if let Some(kept) = self.kept.take() {
+            kept.give(|time_s, reading| {
+                self.stream.push(time_s, reading, |record| {
+                    has_record = true;
+                    self.plausibility.note_record(record);
+                    sink(record);
+                });
+            });
+        }
         self.stream.finish(|record| {
             has_record = true;
             self.plausibility.note_record(record);
@@ -178,6 +199,14 @@ impl<'a> Intake<'a> {
         if has_record {
             self.window.begin_anew(self.mark());
         }
+    }
+
+    /// Tells the clocks of a recording that has ended. Returns `None` if one counter counts the instants of both sensors.
+    pub fn tell_clocks(&mut self) -> Option<&Result<FoundClocks, Untold>> {
+        if let Some(kept) = self.kept.as_mut().filter(|_| self.clocks.is_none()) {
+            self.clocks = Some(kept.tell());
+        }
+        self.clocks.as_ref()
     }
 
     /// Ends the present record after frames may have been missed. Passes to `sink` what is complete enough for a record, and

@@ -1,6 +1,7 @@
 //! Mistakes in `EDGE.toml` and in the files that it names: each gives one line with file, place and mend.
 
 mod bounds;
+mod clocks;
 mod dbc;
 mod tables;
 

@@ -10,7 +10,8 @@ use super::{EDGE, MODEL};
 const BUS: &str = "[bus]\ninterface = \"vcan0\"\ndbc = \"mill3.dbc\"                   # where the signals lie in the frames\n";
 const JOINTS: &str = "joints = [\"q1\", \"q2\", \"q3\"]";
 const POSES: &str = "[recording]\nposes = \"poses.csv\"";
-const SHOWN: Shown = Shown { rate_hz: Some(1000.0), steps: [0.1, 0.2, 0.0, 0.01, 0.0, 0.02] };
+const SHOWN: Shown =
+    Shown { rate_hz: Some(1000.0), steps: [0.1, 0.2, 0.0, 0.01, 0.0, 0.02], own_clocks: false };
 
 /// The text of the reference scenario without bus and counters.
 fn text() -> String {

@@ -40,7 +40,8 @@ pub(super) struct Instant {
 /// The clock of a table.
 #[derive(Clone, Debug)]
 pub(super) struct Clock {
-    pace: Pace,
+    /// `None` if the rows are arrivals, whose clocks are told later.
+    pace: Option<Pace>,
     newest: Option<Newest>,
     /// Number of cuts so far.
     cuts: usize,
@@ -64,7 +65,12 @@ struct Newest {
 
 impl Clock {
     pub(super) fn new(pace: Pace) -> Self {
-        Self { pace, newest: None, cuts: 0, offset_s: 0.0 }
+        Self { pace: Some(pace), newest: None, cuts: 0, offset_s: 0.0 }
+    }
+
+    /// The clock of rows that hold one sensor each, at the time of its arrival.
+    pub(super) fn of_arrivals() -> Self {
+        Self { pace: None, newest: None, cuts: 0, offset_s: 0.0 }
     }
 
     /// Returns the number of cuts so far.
@@ -78,7 +84,9 @@ impl Clock {
     /// The time goes back, or comes at another rate.
     pub(super) fn next(&mut self, row: &Row) -> Result<Instant, String> {
         let Some(newest) = self.newest else { return Ok(self.begin(row)) };
-        let Pace { period_s, step_s } = self.pace;
+        let Some(Pace { period_s, step_s }) = self.pace else {
+            return Ok(self.arrive(row, newest));
+        };
         let time_s = row.time_s.unwrap_or(newest.time_s + period_s);
         let passed_s = time_s - newest.time_s;
         let is_anew = passed_s < 0.0 && time_s <= newest.first_s + NEXT * step_s;
@@ -112,6 +120,18 @@ impl Clock {
         let compared = if is_next && rows < compared { (since_s, rows) } else { (time_s, 0) };
         self.newest = Some(Newest { instant, time_s, compared, sparse, ..newest });
         Ok(instant)
+    }
+
+    /// Returns the instant of an arrival.
+    fn arrive(&mut self, row: &Row, newest: Newest) -> Instant {
+        let time_s = row.time_s.unwrap_or(newest.time_s);
+        if row.begins || time_s - newest.time_s > PAUSE_S {
+            return self.begin(row);
+        }
+        let counter = newest.instant.counter.wrapping_add(1);
+        let instant = Instant { counter, time_s: time_s + self.offset_s, begins: None };
+        self.newest = Some(Newest { instant, time_s, ..newest });
+        instant
     }
 
     /// Begins a cut with its first row.

@@ -83,6 +83,8 @@ pub struct Shown {
     pub rate_hz: Option<f64>,
     /// Smallest step of force x, y, z, N, and of acceleration x, y, z, m/s²: the resolution of a converter. 0 for an axis that does not change.
     pub steps: [f32; 6],
+    /// True if force and acceleration have clocks of their own.
+    pub own_clocks: bool,
 }
 
 /// Reads a table row by row.
@@ -183,12 +185,15 @@ impl<'a> TableLog<'a> {
                 "has no row of numbers below the names of its columns: export it again".into(),
             ));
         }
-        check_rates(&ahead, layout).map_err(bad)?;
+        let own_clocks = rows.has_own_clocks();
+        if !own_clocks {
+            check_rates(&ahead, layout).map_err(bad)?;
+        }
         let pace = pace(&ahead, &*rows, layout).map_err(bad)?;
         let rate_hz = pace.map(|pace| 1.0 / pace.period_s);
         // Without any rate the config refuses the table.
         let pace = pace.unwrap_or(Pace::even(1.0 / layout.rate_hz.unwrap_or(1.0)));
-        let shown = Shown { rate_hz, steps: steps(&ahead) };
+        let shown = Shown { rate_hz, steps: steps(&ahead), own_clocks };
         let angles = Angles { values: heapless::Vec::new(), came_s: 0.0 };
         Ok(Self {
             file: file.to_owned(),
@@ -196,7 +201,7 @@ impl<'a> TableLog<'a> {
             ahead,
             broken,
             shown,
-            clock: Clock::new(pace),
+            clock: if own_clocks { Clock::of_arrivals() } else { Clock::new(pace) },
             cuts,
             measured: [0, 1]
                 .map(|sensor| [0, 1, 2].map(|axis| !layout.axes[3 * sensor + axis].is_empty())),
@@ -375,7 +380,11 @@ impl Shown {
             [0.0, step] | [step, 0.0] => step,
             [own, other] => own.min(other),
         };
-        Ok(Self { rate_hz: self.rate_hz.or(other.rate_hz), steps: std::array::from_fn(step) })
+        Ok(Self {
+            rate_hz: self.rate_hz.or(other.rate_hz),
+            steps: std::array::from_fn(step),
+            own_clocks: self.own_clocks || other.own_clocks,
+        })
     }
 }
 
@@ -474,10 +483,10 @@ fn pace(
 /// Returns the smallest step of each axis.
 fn steps(rows: &VecDeque<Row>) -> [f32; 6] {
     std::array::from_fn(|axis| {
-        let values = rows.iter().map(|row| row.axes[axis]);
+        // A row of one sensor lacks the other one.
+        let values = rows.iter().map(|row| row.axes[axis]).filter(|value| !value.is_nan());
         let steps =
             values.clone().zip(values.skip(1)).map(|(before, after)| (after - before).abs());
-        // Of a missing value no step is known.
         let least = steps.filter(|step| *step > 0.0).fold(f32::INFINITY, f32::min);
         if least.is_finite() { least } else { 0.0 }
     })

@@ -33,7 +33,12 @@ pub(super) trait RowSource: Send {
     /// Returns whether the rows have times.
     fn has_times(&self) -> bool;
 
-    /// Returns the sampling period that the file states, s.
+    /// Returns whether force and acceleration have clocks of their own, and a row holds one of them.
+    fn has_own_clocks(&self) -> bool {
+        false
+    }
+
+    /// Returns the sampling period that the file states, s; that of the slower sensor if each has a clock of its own.
     fn period_s(&self) -> Option<f64>;
 
     /// Returns whether an error is the early end of a file, before which all rows are good.

@@ -302,6 +302,7 @@ fn steps_and_rates_of_tables_are_joined() {
     let shown = |steps: [f32; 2], rate_hz| Shown {
         rate_hz,
         steps: [steps[0], 0.5, 0.5, steps[1], 1.0, 1.0],
+        own_clocks: false,
     };
     let (one, other) = (shown([0.1, 0.0], Some(1000.0)), shown([0.2, 0.3], None));
     assert_eq!(one.and(other), Ok(shown([0.1, 0.3], Some(1000.0))));

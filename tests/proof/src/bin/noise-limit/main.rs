@@ -7,6 +7,7 @@
 
 mod arms;
 mod bound;
+mod clocks;
 #[path = "../../../../../core/tests/common/mod.rs"]
 mod common;
 mod coverage;
@@ -57,7 +58,7 @@ struct Part {
     robots: [usize; 2],
 }
 
-const PARTS: [Part; 17] = [
+const PARTS: [Part; 19] = [
     Part { name: "noise-free", prove: noise_free::prove, robots: [200, 16] },
     Part { name: "coverage", prove: coverage::prove, robots: [1000, 24] },
     Part { name: "unexcited", prove: unexcited::prove, robots: [100, 5] },
@@ -74,6 +75,12 @@ const PARTS: [Part; 17] = [
     Part {
         name: "hammer-of-six",
         prove: |study, robots, details| hammer::prove(&study.of_six()?, robots, details),
+        robots: [10, 0],
+    },
+    Part { name: "clocks", prove: clocks::prove, robots: [10, 0] },
+    Part {
+        name: "clocks-of-six",
+        prove: |study, robots, details| clocks::prove(&study.of_six()?, robots, details),
         robots: [10, 0],
     },
     Part { name: "predictions", prove: predictions::prove, robots: [200, 2] },

@@ -9,7 +9,7 @@ use anyhow::{Result, ensure};
 use flexid_core::imperfection::{Accuracies, SensorAccuracies};
 use flexid_core::parameters::{Bushing, Bushings};
 use flexid_core::verdict::{Trust, Verdict};
-use flexid_simulation::experiment::Cut;
+use flexid_simulation::experiment::{Cut, Response};
 use flexid_simulation::plant::clock::Clock;
 use flexid_simulation::plant::motion::{Surroundings, Work};
 use flexid_simulation::plant::{Hose, Joints, Pedestal, Plant, Robot, Sensor, Tool};
@@ -219,13 +219,7 @@ pub(crate) fn records_struck(
     for (index, cut) in cuts.iter().enumerate() {
         // The robot warms up from pose to pose.
         let number = if struck(index).is_some() { index / 3 } else { index } as u64;
-        let work = Work { cut, model: &study.chain, bushings, number };
-        // The sensors of the study add the noise.
-        let samples = study.scenario.measurement.samples();
-        let turn = TAU * SPINDLE_HZ / study.scenario.measurement.rate_hz;
-        let spindle = (0..samples).map(|sample| turn * sample as f64).collect();
-        let surroundings = Surroundings { force_noise: 0.0, acceleration_noise: 0.0, spindle };
-        let Some(readings) = plant.readings(work, &surroundings, &mut draw.0, |_| ()) else {
+        let Some(readings) = readings(study, cut, plant, bushings, number, &mut draw) else {
             continue;
         };
         let (force, acceleration) = (&readings.force, &readings.acceleration);
@@ -234,6 +228,24 @@ pub(crate) fn records_struck(
         records.extend(measured.ok());
     }
     Ok(records)
+}
+
+/// What the sensors of `plant` read in a cut, the `number`th, without noise. `None` of a robot that gives way.
+pub(crate) fn readings(
+    study: &Study,
+    cut: &Cut,
+    plant: &Plant,
+    bushings: &[Bushing],
+    number: u64,
+    draw: &mut Random,
+) -> Option<Response> {
+    let work = Work { cut, model: &study.chain, bushings, number };
+    // The sensors of the study add the noise.
+    let samples = study.scenario.measurement.samples();
+    let turn = TAU * SPINDLE_HZ / study.scenario.measurement.rate_hz;
+    let spindle = (0..samples).map(|sample| turn * sample as f64).collect();
+    let surroundings = Surroundings { force_noise: 0.0, acceleration_noise: 0.0, spindle };
+    plant.readings(work, &surroundings, &mut draw.0, |_| ())
 }
 
 /// Robot `number`, and what is found of it.

@@ -1,7 +1,7 @@
 //! Bags of ROS 2 in MCAP: force, acceleration and joint angles by their topics.
 //!
-//! Force and acceleration must have the same instants, as one driver stamps them: a message of one is paired with that of the other whose stamp is
-//! nearest. Joint angles come at any rate.
+//! Force and acceleration may have the same instants, as one driver stamps them: a message of one is paired with that of the other whose stamp is
+//! nearest. Else each has a clock of its own, and a row holds one of them. Joint angles come at any rate.
 //!
 //! | module    | holds                     |
 //! | --------- | ------------------------- |
@@ -68,6 +68,8 @@ pub(super) struct Bag<R> {
     period_ns: f64,
     /// Time by which the acceleration's stamp is later than the force's, ns.
     offset_ns: f64,
+    /// True if the stamps of both are those of two clocks.
+    has_own_clocks: bool,
     /// Sum of the changes of this difference, ns, and number of pairs.
     changes: (f64, u32),
     rows: u64,
@@ -100,6 +102,7 @@ impl<R: Read + Send> Bag<R> {
             states: VecDeque::new(),
             period_ns: 0.0,
             offset_ns: 0.0,
+            has_own_clocks: false,
             changes: (0.0, 0),
             rows: 0,
             end: None,
@@ -276,13 +279,6 @@ impl<R: Read + Send> Bag<R> {
                 "has stamps on {wrench} or {acceleration} that do not go on: let the driver set header.stamp"
             ));
         };
-        if (other / one - 1.0).abs() > DIFFERS {
-            return Err(format!(
-                "has {wrench} at {:.1} Hz and {acceleration} at {:.1} Hz: record both at one rate, stamped by one driver",
-                1e9 / one,
-                1e9 / other
-            ));
-        }
         self.period_ns = one;
         let mut apart = differences(&self.force, &self.acceleration, one / 2.0);
         if apart.len() * 2 < self.force.len().min(self.acceleration.len()) {
@@ -293,17 +289,12 @@ impl<R: Read + Send> Bag<R> {
         self.offset_ns = median(&mut apart);
         let mut scatter: Vec<f64> = apart.iter().map(|own| (own - self.offset_ns).abs()).collect();
         let scatter_s = 1e-9 * median(&mut scatter);
-        if scatter_s > SCATTER_S {
-            return Err(of_two_clocks(&self.topics, scatter_s));
-        }
         // A delay of 0.45 ms is 32 degrees at 200 Hz: it would be taken for damping.
-        if 1e-9 * self.offset_ns.abs() > SCATTER_S {
-            let us = 1e-3 * self.offset_ns;
-            return Err(format!(
-                "has {acceleration} stamped {:.0} us {} {wrench}: let the driver stamp both at the same instant, or publish both with one stamp",
-                us.abs(),
-                if us < 0.0 { "before" } else { "after" }
-            ));
+        self.has_own_clocks = (other / one - 1.0).abs() > DIFFERS
+            || scatter_s > SCATTER_S
+            || 1e-9 * self.offset_ns.abs() > SCATTER_S;
+        if self.has_own_clocks {
+            self.period_ns = one.max(other);
         }
         Ok(())
     }
@@ -334,6 +325,10 @@ impl<R: Read + Send> Bag<R> {
             force_ns.zip(acceleration_ns).map(|(force, own)| (own - force) as f64 - self.offset_ns);
         let half_ns = 0.5 * self.period_ns;
         let [has_force, has_acceleration] = match late_ns {
+            Some(late_ns) if self.has_own_clocks => {
+                let is_later = late_ns + self.offset_ns > 0.0;
+                [is_later, !is_later]
+            }
             Some(late_ns) => [late_ns >= -half_ns, late_ns <= half_ns],
             None => [force_ns.is_some(), acceleration_ns.is_some()],
         };
@@ -349,6 +344,7 @@ impl<R: Read + Send> Bag<R> {
         }
         let time_ns = match (force, acceleration) {
             (Some((own, _)), _) => own,
+            (None, Some((own, _))) if self.has_own_clocks => own,
             (None, Some((own, _))) => own.saturating_sub(self.offset_ns as i64),
             (None, None) => return Ok(None),
         };
@@ -408,7 +404,11 @@ impl<R: Read + Send> RowSource for Bag<R> {
     }
 
     fn has_times(&self) -> bool {
-        true
+        !self.has_own_clocks
+    }
+
+    fn has_own_clocks(&self) -> bool {
+        self.has_own_clocks
     }
 
     fn period_s(&self) -> Option<f64> {
@@ -420,12 +420,13 @@ impl<R: Read + Send> RowSource for Bag<R> {
     }
 }
 
-/// Returns the median step of stamps, ns. `None` if they do not go on.
+/// Returns the period of stamps, ns: the median over pairs that are some apart, since arrivals come in bursts. `None` if they do not go on.
 fn period_ns(waiting: &Waiting) -> Option<f64> {
-    let steps =
-        waiting.iter().zip(waiting.iter().skip(1)).map(|(one, next)| (next.0 - one.0) as f64);
+    let apart = (waiting.len() / 8).clamp(1, 16);
+    let pairs = waiting.iter().zip(waiting.iter().skip(apart));
+    let steps = pairs.map(|(one, next)| (next.0 - one.0) as f64 / apart as f64);
     let mut steps: Vec<f64> = steps.filter(|step| *step > 0.0).collect();
-    (2 * steps.len() >= waiting.len().saturating_sub(1) && !steps.is_empty())
+    (2 * steps.len() >= waiting.len().saturating_sub(apart) && !steps.is_empty())
         .then(|| median(&mut steps))
 }
 
