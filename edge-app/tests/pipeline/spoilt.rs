@@ -168,7 +168,9 @@ fn some_odd_frames_are_warned_of_and_keep_nobody_from_recording() {
             Frame::new(frame.id, frame.kind, &data)
         };
         match number {
-            100 | 101 => change(arrival, 0x101, |frame| Frame::new(frame.id, frame.kind, &[])),
+            100 | 101 => {
+                change(arrival, 0x101, |frame| Frame::new(frame.id, frame.kind, &frame.data()[..7]))
+            }
             900..=905 => change(arrival, 0x101, fx_at_its_limit),
             _ => arrival,
         }
@@ -177,7 +179,7 @@ fn some_odd_frames_are_warned_of_and_keep_nobody_from_recording() {
     let warnings = lines(&outcome.finding.expect("a finding").report);
     for warning in [
         "at the limit: Fx in 3 frames: widen the range of the sensor or the signal",
-        "1 frame of another length than [bus] dbc says: frames 0x101 have 0 bytes, by [bus] dbc 8: mend the DBC file or the sender (1 so far)",
+        "1 frame of another length than [bus] dbc says: frames 0x101 have 7 bytes, by [bus] dbc 8: mend the DBC file or the sender (1 so far)",
     ] {
         assert!(warnings.iter().any(|text| text == warning), "{warning}\n  is not in {warnings:?}");
     }
