@@ -7,7 +7,7 @@ use flexid_console::output::{self, Output};
 use flexid_console::progress;
 use flexid_edge::console::{complain, print};
 use flexid_pipeline::check::Watched;
-use flexid_pipeline::clocks::FoundClocks;
+use flexid_pipeline::clocks::{FoundClocks, Untold};
 use flexid_pipeline::config::Config;
 use flexid_pipeline::dynamics::Robot;
 use flexid_pipeline::input::BadInput;
@@ -26,7 +26,7 @@ use flexid_wire::finding::Finding;
 use flexid_wire::left_over::LeftOver;
 use flexid_wire::report::Acceptance;
 use flexid_wire::residuals::Meaning;
-use flexid_wire::state::State;
+use flexid_wire::state::{Obstacle, State};
 use flexid_wire::trouble::Trouble;
 
 use super::check::of_logs;
@@ -290,13 +290,15 @@ fn from_logs(config: &Config, logs: &[PathBuf]) -> Result<Identified> {
     if let Some(finding) = finding {
         other_robot.iter().for_each(|other| complain(&format!("warning: {other}")));
         robot.iter().for_each(|robot| warn_of_one_pose(&config, robot));
-        let clocks = clocks.and_then(Result::ok);
+        let clocks = clocks.and_then(|clocks| {
+            let untold = |untold: &Untold| {
+                complain(&format!("warning: no record of the logs is used: {untold}"));
+            };
+            clocks.inspect_err(untold).ok()
+        });
         return Ok(Identified { config, finding, robot, statics, evidence, clocks, broken });
     }
     let Some(first) = logs.first() else { return Err(anyhow!("no log, and nothing found")) };
-    if let Some(Err(untold)) = clocks {
-        return Err(BadInput::new(first, untold).into());
-    }
     // Without time nothing else that is said of rates and records is right.
     let timeless = troubles.iter().find_map(|own| match own {
         Trouble::Stamps { fault, frames, .. } if fault.is_of_all() => {
@@ -306,6 +308,9 @@ fn from_logs(config: &Config, logs: &[PathBuf]) -> Result<Identified> {
     });
     if let Some(timeless) = timeless {
         return Err(BadInput::new(first, timeless).into());
+    }
+    if let Some(Err(untold)) = clocks.filter(|_| has_samples(&state)) {
+        return Err(BadInput::new(first, untold).into());
     }
     // Where the recording breaks off is said with what to do about it.
     let others = troubles.iter().filter(|own| !matches!(own, Trouble::RecordingBroken(_)));
@@ -324,6 +329,19 @@ fn warn_at_once(config: &Config, logs: &[PathBuf]) -> Result<()> {
     let check = Check::new(config, survey);
     check.at_once().for_each(|finding| complain(&format!("warning: {finding}")));
     Ok(())
+}
+
+/// Returns whether samples of both sensors have come.
+fn has_samples(state: &State) -> bool {
+    !matches!(
+        state,
+        State::NoFrames
+            | State::OnlyErrors { .. }
+            | State::UnknownFrames(_)
+            | State::NoForce
+            | State::NoAcceleration
+            | State::Obstacle(Obstacle::Misfit(_) | Obstacle::CounterStandsStill { .. })
+    )
 }
 
 /// Why logs give no record, what was seen besides, and what to do.

@@ -70,6 +70,9 @@ const COHERENT: f64 = 0.5;
 const GROUPS: usize = 30;
 /// Error of a mass as a model, over the acceleration.
 const OF_MODEL: f64 = 0.05;
+/// Part of the largest explained power from which on another delay is as likely. Chosen: of cuts at one speed all delays that differ by a tooth period explain as
+/// much but for the ends of the cuts, and of sweeps less than half.
+const AS_LIKELY: f64 = 0.9;
 /// Least part of the acceleration that a mass must explain. Nine real numbers explain less than half of ten groups and more by accident.
 const EXPLAINED: f64 = 0.5;
 /// Error that modes leave, s (see above).
@@ -179,6 +182,18 @@ pub(super) fn delay(
         return Err(format!(
             "force and acceleration are more than {:.0} ms apart",
             1e3 * LARGEST_S
+        ));
+    }
+    // Of a force of one tooth period all delays that differ by it are as likely.
+    let steps = (SEARCHED_S / step_s).ceil() as i64;
+    let others = (-steps..=steps).map(|index| index as f64 * step_s);
+    let others = others.filter(|other| (other - delay_s).abs() > 1.0 / lowest_hz);
+    let rival = others.map(|at| (at, all(at))).max_by(|one, other| one.1.total_cmp(&other.1));
+    if let Some((at_s, _)) = rival.filter(|(_, own)| *own > AS_LIKELY * explained) {
+        return Err(format!(
+            "{:.1} and {:.1} ms are as likely, as where all cuts have one speed",
+            1e3 * delay_s,
+            1e3 * at_s
         ));
     }
     // Each axis of each piece by itself, within half a period of the middle of the band.

@@ -98,8 +98,10 @@ impl fmt::Display for FoundClocks {
 }
 
 impl FoundClocks {
-    /// Returns whether a rate differs from the configured one by more than any quartz, or the rates from each other.
+    /// Returns whether the rate of the slower sensor differs from the configured one by more than any quartz.
     pub fn has_wrong_rate(&self) -> bool {
-        self.sensors.iter().any(|own| own.ppm.abs() > QUARTZ_PPM)
+        let [one, other] = &self.sensors;
+        let slower = if other.rate_hz < one.rate_hz { other } else { one };
+        slower.ppm.abs() > QUARTZ_PPM
     }
 }

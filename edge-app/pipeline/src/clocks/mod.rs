@@ -92,6 +92,8 @@ const SILENCE_S: f64 = 0.5;
 const RESTART: u32 = 1 << 24;
 /// Scatter of the earliest arrivals over a turn, from which on turns are not told: half a turn is then 3.3 standard deviations.
 const SCATTER: f64 = 0.15;
+/// A recording with fewer frames than one in so many instants gives no record: a stream bridges one in two hundred.
+const SPARSEST: i64 = 16;
 /// A sensor is the slower one from this ratio of periods on.
 const SLOWER: f64 = 1.1;
 /// Largest phase at the end of the band of what bends within a record, rad. A jitter of 50 µs costs a quarter of the parameters of the
@@ -103,8 +105,10 @@ const BASIN: f64 = 0.25 / 3.0;
 
 const NAME_COUNTER: &str =
     "name the sensor's own counter in [signals], or record with stamps of the hardware";
+const STAMP: &str =
+    "record with stamps of the hardware, and let nothing set the clock of the logger meanwhile";
 const RECORD_AT_ONCE: &str = "record all cuts in one log without a pause, name the sensor's own counter in [signals], or record with stamps of the hardware";
-const EXCITE: &str = "record cuts that are rich above the band, or state the delay: [calibration] delay_s = 1e-3, if both come within a millisecond";
+const EXCITE: &str = "record cuts at several speeds that are rich above the band, each longer than a record, or state the delay: [calibration] delay_s = 1e-3, if both come within a millisecond";
 
 impl Kept {
     pub(crate) fn new(expected: Expected) -> Self {
@@ -165,7 +169,8 @@ impl Kept {
                 "the clocks of force and acceleration are known to {:.2} ms in a record",
                 1e3 * std_s
             );
-            return Err(Untold { reason, mend: RECORD_AT_ONCE });
+            let is_one = self.parts.len() == 1 && found.sensors.iter().all(|own| own.runs == 1);
+            return Err(Untold { reason, mend: if is_one { STAMP } else { RECORD_AT_ONCE } });
         }
         self.told = Some((lines, delay.map_or(0.0, |own| own.delay_s)));
         Ok(found)
@@ -204,13 +209,23 @@ impl Kept {
                     "record for some seconds",
                 );
             };
+            let instants: i64 = line.runs.iter().map(|own| own.last - own.first + 1).sum();
+            if instants > SPARSEST * own.frames.len() as i64 {
+                return untold(
+                    format!(
+                        "more than {} of {SPARSEST} frames of the {name} are missing",
+                        SPARSEST - 1
+                    ),
+                    "name the signal that counts its samples, or leave it out; mend the bus",
+                );
+            }
             if std::f64::consts::TAU * highest_hz * line.bend_s > BEND_RAD {
                 return untold(
                     format!(
                         "the arrivals of the {name} bend by {:.2} ms within a record",
                         1e3 * line.bend_s
                     ),
-                    NAME_COUNTER,
+                    if counter_bits[sensor].is_some() { STAMP } else { NAME_COUNTER },
                 );
             }
             Ok(line)

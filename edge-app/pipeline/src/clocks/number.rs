@@ -164,6 +164,12 @@ impl Scatter {
 }
 
 impl Turns {
+    /// Returns whether a counter goes on by more than the time allows, as where a sensor starts anew.
+    fn runs_ahead(&self, before: &Provisional, own: &Provisional) -> bool {
+        let counted_s = self.period_s * (own.number - before.number) as f64;
+        counted_s > own.time_s - before.time_s + LONG_STALL_S
+    }
+
     /// Puts a piece behind those that were numbered before.
     fn count(&self, piece: &[Provisional], numbered: &mut Numbered, scatter: &mut Scatter) {
         let window = FEWEST.max((STALL_S / self.period_s) as usize);
@@ -181,6 +187,11 @@ impl Turns {
         for (index, own) in piece.iter().enumerate() {
             if let Some((_, turns)) = newest.filter(|(at, _)| *at == index) {
                 missed += turns;
+            }
+            let runs_ahead = index.checked_sub(1).and_then(|before| piece.get(before));
+            if runs_ahead.is_some_and(|before| self.runs_ahead(before, own)) {
+                (run, missed) = (run + 1, 0);
+                (behind, begun, newest) = (Earliest::default(), index, None);
             }
             let is_clear = newest.is_none_or(|(at, _)| at < index);
             // Of half a window the earliest says little.

@@ -96,6 +96,12 @@ impl Recording {
         check_joints(&signals, &angles, model, model_file).map_err(bad)?;
         let by_topic = topics.is_some() && bus.is_none();
         check_axes(&signals, bus.is_some(), by_topic, poses.as_ref()).map_err(bad)?;
+        if bus.is_none() && !by_topic && signals.clocks.is_some() {
+            return Err(bad(
+                "[signals] clocks: a row of a table is one instant of both sensors: leave it out, or record a bag or a bus"
+                    .to_owned(),
+            ));
+        }
         let (interface, signals) = match bus {
             Some(bus) => (
                 interface(&bus.interface).map_err(bad)?,

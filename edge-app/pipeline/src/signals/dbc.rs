@@ -1,6 +1,6 @@
 //! Makes the table from signal names and a DBC file.
 
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 use std::path::Path;
 
 use can_dbc::{Dbc, MessageId};
@@ -9,7 +9,7 @@ use flexid_wire::misfits::FrameId;
 
 use super::lookup::{Found, Lookup, Named};
 use super::message::Content;
-use super::sensor::Keys;
+use super::sensor::{Keys, Looked};
 use super::{Clocks, OtherAngle, SignalTable};
 use crate::config::{ClocksKey, SignalsSection};
 use crate::input::{self, BadInput};
@@ -57,8 +57,19 @@ impl SignalTable {
         }
         let dbc = parsed(&text).map_err(|mend| BadInput::new(dbc_file, mend))?;
         check_distinct(config, names)?;
-        Lookup { config, dbc_file, dbc: &dbc }.table(names, model)
+        Lookup { config, dbc_file, dbc: &dbc, unmarked: &unmarked(&text) }.table(names, model)
     }
+}
+
+/// Returns the identifiers that are too large for 11 bits and not marked as extended by 2147483648, by the names of their messages.
+fn unmarked(text: &str) -> HashMap<String, u64> {
+    let message = |line: &str| {
+        let mut words = line.trim_start().strip_prefix("BO_ ")?.split_whitespace();
+        let id: u64 = words.next()?.parse().ok()?;
+        let name = words.next()?.trim_end_matches(':').to_owned();
+        (0x800..0x8000_0000).contains(&id).then_some((name, id))
+    };
+    text.lines().filter_map(message).collect()
 }
 
 /// Parses the `text` of a DBC file. A backslash before a quote escapes it for some writers, and is a letter as any other for others, so
@@ -134,6 +145,10 @@ impl<'a> Lookup<'a> {
         };
         let force = self.sensor(&force, &mut table)?;
         let acceleration = self.sensor(&acceleration, &mut table)?;
+        if names.clocks.is_none() {
+            self.check_own_counter("acceleration", &acceleration, &force)?;
+            self.check_own_counter("force", &force, &acceleration)?;
+        }
         (table.clocks, table.counter_bits) =
             self.clocks(names, [force.counter_bits, acceleration.counter_bits])?;
         let mut named: Vec<Named> = force.named.into_iter().chain(acceleration.named).collect();
@@ -154,6 +169,27 @@ impl<'a> Lookup<'a> {
         table.acceleration_resolution = acceleration.resolution;
         table.other_angles = self.other_angles(&named);
         Ok(table)
+    }
+
+    /// Checks that the counter of a sensor does not come in a frame of the other one that has none of its channels: another device counts there.
+    fn check_own_counter(&self, key: &str, own: &Looked, other: &Looked) -> Result<(), BadInput> {
+        let ids = |of: &Looked| -> Vec<MessageId> {
+            let channels = of.named.len().saturating_sub(of.counters);
+            of.named.iter().take(channels).map(|own| own.found.message.id).collect()
+        };
+        let (own_ids, other_ids) = (ids(own), ids(other));
+        let channels = own.named.len().saturating_sub(own.counters);
+        let is_foreign = |counter: &&Named| {
+            let id = counter.found.message.id;
+            other_ids.contains(&id) && !own_ids.contains(&id)
+        };
+        match own.named.iter().skip(channels).find(is_foreign) {
+            Some(counter) => Err(self.bad_config(format!(
+                "[signals] {key}_counter: {} is in a frame of the other sensor: write clocks = \"common\" if one device samples both, else leave it out",
+                counter.found.signal.name
+            ))),
+            None => Ok(()),
+        }
     }
 
     /// Returns the clocks of force and acceleration, whose counters have so many `bits`, and the width of the counters that join them.

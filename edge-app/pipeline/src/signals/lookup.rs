@@ -1,5 +1,6 @@
 //! Signals of a DBC file by their names in the config.
 
+use std::collections::HashMap;
 use std::path::Path;
 
 use can_dbc::{Dbc, MessageId, MultiplexIndicator, SignalExtendedValueType};
@@ -10,13 +11,13 @@ use super::message::{Content, Message};
 use super::{FINEST, SignalTable};
 use crate::input::BadInput;
 use crate::source::LONGEST_DATA;
-use crate::units::Quantity;
+use crate::units::{Quantity, is_unit};
 
 /// Widths of counters that are accepted, bits. A narrower counter wraps too often to separate a loss from a pause. Wider ones
 /// do not exist.
 const COUNTER_BITS: std::ops::RangeInclusive<u8> = 8..=32;
 /// Steps of a signal that are accepted, SI units. The results that follow from other steps leave the range of floating point.
-const STEPS: std::ops::RangeInclusive<f64> = FINEST as f64..=1e12;
+pub(super) const STEPS: std::ops::RangeInclusive<f64> = FINEST as f64..=1e12;
 /// Lengths of CAN FD frames above those of classical ones, bytes.
 const FD_LENGTHS: [usize; 7] = [12, 16, 20, 24, 32, 48, LONGEST_DATA];
 /// Name of the message in which Vector's editor keeps signals without a message.
@@ -27,6 +28,8 @@ pub(super) struct Lookup<'a> {
     pub(super) config: &'a Path,
     pub(super) dbc_file: &'a Path,
     pub(super) dbc: &'a Dbc,
+    /// Identifiers too large for 11 bits that are not marked as extended, by the names of their messages. The parser cuts them.
+    pub(super) unmarked: &'a HashMap<String, u64>,
 }
 
 /// A signal of the DBC file with the message that carries it.
@@ -148,6 +151,11 @@ impl<'a> Lookup<'a> {
         let signal = self.layout(found)?;
         let (name, unit, what) = (&found.signal.name, found.signal.unit.trim(), quantity.name);
         let size = match (quantity.size(unit), stated) {
+            (None, Some((key, Some(_)))) if is_unit(unit) => {
+                return Err(self.bad_dbc(format!(
+                    "signal {name} has unit {unit:?}, which is none of a {what}: name another signal for {key}"
+                )));
+            }
             (None, Some((key, Some(stated)))) => self.size(key, stated, quantity)?,
             (Some(size), Some((key, Some(stated)))) => {
                 if self.size(key, stated, quantity)? != size {
@@ -242,6 +250,7 @@ impl<'a> Lookup<'a> {
 
     pub(super) fn id(&self, message: &can_dbc::Message) -> Result<Id, BadInput> {
         let id = match message.id {
+            _ if self.unmarked.contains_key(&message.name) => None,
             MessageId::Standard(id) => StandardId::new(id).map(Id::from),
             MessageId::Extended(id) => ExtendedId::new(id).map(Id::from),
         };
@@ -249,7 +258,7 @@ impl<'a> Lookup<'a> {
             self.bad_dbc(format!(
                 "message {} has identifier {}: above 2047 it is extended, written with 2147483648 added",
                 message.name,
-                message.id.raw()
+                self.unmarked.get(&message.name).copied().unwrap_or(message.id.raw().into())
             ))
         })
     }

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use embedded_can::Id;
 
-use super::lookup::{Found, Lookup, Named};
+use super::lookup::{Found, Lookup, Named, STEPS};
 use super::map::{MOST_CHANNELS, Map};
 use super::message::{Content, Part};
 use super::{FINEST, Sensor, SignalTable};
@@ -32,7 +32,10 @@ pub(super) struct Looked<'a> {
     pub(super) resolution: f32,
     /// Width of the counter, bits.
     pub(super) counter_bits: Option<u32>,
+    /// Its channels, and behind them the signals of its counter.
     pub(super) named: Vec<Named<'a>>,
+    /// Number of the signals of its counter.
+    pub(super) counters: usize,
 }
 
 impl<'a> Lookup<'a> {
@@ -63,7 +66,14 @@ impl<'a> Lookup<'a> {
         let map = axes.channels.as_ref().map(|map| self.map(keys, map)).transpose()?;
         let steps: Vec<f64> = channels.iter().map(|channel| channel.layout.step()).collect();
         let steps = map.as_ref().map_or_else(|| steps.clone(), |map| map.steps(&steps).to_vec());
-        let resolution = steps.into_iter().fold(FINEST.into(), f64::max) as f32;
+        let resolution = steps.into_iter().fold(FINEST.into(), f64::max);
+        if !STEPS.contains(&resolution) {
+            return Err(self.bad_config(format!(
+                "[signals] {key}: its step is {resolution:e} {}: no {key} is measured so",
+                quantity.known()
+            )));
+        }
+        let resolution = resolution as f32;
         let names = match &axes.channels {
             Some(_) => ["x", "y", "z"].map(|axis| format!("{key} {axis}")),
             None => {
@@ -100,8 +110,9 @@ impl<'a> Lookup<'a> {
             self.add(message, Content::Part(part), &shown, table)?;
         }
         let sensor = Sensor { parts: parts.len(), is_counted: counters.len() == parts.len(), map };
+        let of_counters = counters.len();
         let named = channels.into_iter().chain(counters).collect();
-        Ok(Looked { sensor, axes: names, resolution, counter_bits, named })
+        Ok(Looked { sensor, axes: names, resolution, counter_bits, named, counters: of_counters })
     }
 
     /// Looks up the counter of a sensor with these `channels`. It is one signal, or a signal of this name in each frame of a sample.

@@ -422,7 +422,7 @@ impl<R: Read + Send> RowSource for Bag<R> {
 
 /// Returns the period of stamps, ns: the median over pairs that are some apart, since arrivals come in bursts. `None` if they do not go on.
 fn period_ns(waiting: &Waiting) -> Option<f64> {
-    let apart = (waiting.len() / 8).clamp(1, 16);
+    let apart = (waiting.len() / 8).max(1);
     let pairs = waiting.iter().zip(waiting.iter().skip(apart));
     let steps = pairs.map(|(one, next)| (next.0 - one.0) as f64 / apart as f64);
     let mut steps: Vec<f64> = steps.filter(|step| *step > 0.0).collect();
