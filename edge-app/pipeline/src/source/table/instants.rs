@@ -9,6 +9,8 @@ use super::row::Row;
 /// Pause between two cuts, s: longer than the one after which the stream forgets the joint angles (`LONG_SILENCE_S` in
 /// `core/src/stream/mod.rs`).
 const PAUSE_S: f64 = 11.0;
+/// An arrival that is earlier than the one before by more was made on another clock, s (`SET_BACK_S` in `core/src/stream/clock.rs`).
+const SET_BACK_S: f64 = 0.01;
 /// Longest time between two rows in which none is missing, in sampling periods, or in steps of the time where these are longer: programs may
 /// write milliseconds.
 const NEXT: f64 = 1.5;
@@ -125,9 +127,12 @@ impl Clock {
     /// Returns the instant of an arrival.
     fn arrive(&mut self, row: &Row, newest: Newest) -> Instant {
         let time_s = row.time_s.unwrap_or(newest.time_s);
-        if row.begins || time_s - newest.time_s > PAUSE_S {
+        let passed_s = time_s - newest.time_s;
+        if row.begins || passed_s > PAUSE_S || passed_s < -SET_BACK_S {
             return self.begin(row);
         }
+        // Messages that are out of order are late.
+        let time_s = time_s.max(newest.time_s);
         let counter = newest.instant.counter.wrapping_add(1);
         let instant = Instant { counter, time_s: time_s + self.offset_s, begins: None };
         self.newest = Some(Newest { instant, time_s, ..newest });
