@@ -128,7 +128,7 @@ impl Clock {
     fn arrive(&mut self, row: &Row, newest: Newest) -> Instant {
         let time_s = row.time_s.unwrap_or(newest.time_s);
         let passed_s = time_s - newest.time_s;
-        if row.begins || passed_s > PAUSE_S || passed_s < -SET_BACK_S {
+        if row.begins || !(-SET_BACK_S..=PAUSE_S).contains(&passed_s) {
             return self.begin(row);
         }
         // Messages that are out of order are late.
