@@ -10,7 +10,6 @@
 
 mod cut_noise;
 mod drift;
-#[doc(hidden)] // Public for the tests.
 pub mod fft;
 pub mod thinned;
 mod tone;

@@ -39,8 +39,8 @@ pub(super) enum Channel {
 const OPEN: usize = 4;
 /// Most missing instants in a row that are delivered as instants without frames; more are an [`Aligned::Gap`].
 const MAX_MISSING: i64 = 2;
-/// A longer silence ends the sequence, s.
-const SILENCE_S: f64 = 0.5;
+/// A longer silence ends the sequence of instants, s.
+pub const SILENCE_S: f64 = 0.5;
 /// Most by which a frame may come later than its counter implies, after a gap too long to be bridged, s.
 const LATE_S: f64 = 0.05;
 /// Most sample periods by which a frame may come earlier than its counter implies.

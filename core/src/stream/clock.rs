@@ -49,7 +49,7 @@ const STRAYS_S: f64 = 5e-3;
 const TOLERANCE: f64 = 0.1;
 /// An arrival that is this much earlier than the one before shows that the clock was set back, s. Readers may swap frames of
 /// some ms.
-pub(super) const SET_BACK_S: f64 = 0.01;
+pub const SET_BACK_S: f64 = 0.01;
 
 /// The sampling period, as measured from arrivals.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -2,10 +2,10 @@
 
 use super::align::{Aligned, Instant};
 use super::clock::Clock;
-use super::invalid::Earlier;
+use super::invalid::{Invalid, Validity};
 use super::setup::Setup;
 use super::stretch::Stretch;
-use super::{Record, StreamConfig, StreamHealth, bridge, noise, spikes};
+use super::{Record, StreamConfig, StreamHealth, bridge, noise};
 use crate::noise::NoiseShape;
 use crate::spectrum::fft::MIN_SAMPLES;
 
@@ -20,7 +20,7 @@ pub(super) struct Cutter<'a, const N: usize> {
     pub(super) record: &'a mut Record<N>,
     pub(super) setup: &'a Setup,
     pub(super) quiet: &'a mut Option<noise::Noise>,
-    pub(super) earlier: &'a mut Earlier,
+    pub(super) validity: &'a mut Validity,
 }
 
 impl<const N: usize> Cutter<'_, N> {
@@ -114,7 +114,7 @@ impl<const N: usize> Cutter<'_, N> {
         health: &mut StreamHealth,
         sink: &mut impl FnMut(&Record<N>),
     ) {
-        let Self { config, clock, stretch, record, setup, quiet, earlier } = self;
+        let Self { config, clock, stretch, record, setup, quiet, validity } = self;
         let rate = clock.rate();
         if rate.is_wrong || rate.is_doubtful || rate.is_refused {
             health.measured_rate_hz = rate.measured_hz as f32;
@@ -144,33 +144,19 @@ impl<const N: usize> Cutter<'_, N> {
         let is_lost = |value: &&f32| value.is_nan();
         let lost = [&record.force[0], &record.acceleration[0]]
             .map(|signal| signal.iter().filter(is_lost).count());
-        let invalid = [
-            earlier.remove_of_force(&mut record.force),
-            earlier.remove_of_acceleration(&mut record.acceleration),
-        ];
+        let invalid =
+            [validity.remove(0, &mut record.force), validity.remove(1, &mut record.acceleration)];
         for (sensor, invalid) in invalid.iter().enumerate() {
             for axis in 0..3 {
                 health.clipped[3 * sensor + axis] += invalid.clipped[axis] as u64;
                 health.held[3 * sensor + axis] += invalid.held[axis] as u64;
+                health.spikes[3 * sensor + axis] += invalid.spikes[axis] as u64;
             }
         }
-        let are_clipped = invalid.iter().any(|invalid| invalid.clipped_are_many);
-        let are_held = invalid.iter().any(|invalid| invalid.held_are_many);
-        health.refused_clipped += u64::from(are_clipped);
-        health.refused_held += u64::from(are_held);
-        if are_clipped || are_held {
-            health.samples_discarded += samples as u64;
-            return;
-        }
-        let spikes = [
-            spikes::remove(&mut record.force, config.force_resolution),
-            spikes::remove(&mut record.acceleration, config.acceleration_resolution),
-        ];
-        for (count, spikes) in health.spikes.iter_mut().zip(spikes.as_flattened()) {
-            *count += *spikes as u64;
-        }
-        if spikes.iter().any(|of_sensor| spikes::are_many(of_sensor, samples)) {
-            health.spiked += 1;
+        health.refused_clipped += u64::from(invalid.iter().any(|own| own.clipped_are_many));
+        health.refused_held += u64::from(invalid.iter().any(|own| own.held_are_many));
+        health.spiked += u64::from(invalid.iter().any(|own| own.spikes_are_many));
+        if invalid.iter().any(Invalid::are_many) {
             health.samples_discarded += samples as u64;
             return;
         }

@@ -21,12 +21,14 @@ mod stretch;
 
 use heapless::Vec;
 
+pub use align::SILENCE_S;
 use align::{Aligned, Aligner, Channel, Frame};
-use clock::{Clock, SET_BACK_S};
+use clock::Clock;
+pub use clock::SET_BACK_S;
 pub use config::{AngleSignal, StreamConfig, StreamError};
 use cutter::Cutter;
 pub use health::{AngleHealth, StreamHealth};
-use invalid::Earlier;
+pub use invalid::{Invalid, Validity};
 use pose::Doubt;
 pub use pose::STATIC;
 pub use record::Record;
@@ -81,7 +83,7 @@ pub struct Stream<const N: usize> {
     /// Noise of the newest record with a quiet stretch. The noise of the acceleration is that of the newest record in which the
     /// robot rested, if there is one.
     quiet: Option<noise::Noise>,
-    earlier: Earlier,
+    validity: Validity,
     /// Arrival of the newest reading, s.
     heard_s: Option<f64>,
     /// Newest angle of each joint and its arrival, s, from when the clock went back until a frame shows whether the same sequence
@@ -119,7 +121,7 @@ impl<const N: usize> Stream<N> {
             setup: Setup::default(),
             health: StreamHealth::default(),
             quiet: None,
-            earlier: Earlier::new([config.force_resolution, config.acceleration_resolution]),
+            validity: Validity::new([config.force_resolution, config.acceleration_resolution]),
             heard_s: None,
             set_back: None,
         })
@@ -199,9 +201,10 @@ impl<const N: usize> Stream<N> {
     }
 
     fn split(&mut self) -> (&mut Aligner, &mut StreamHealth, Cutter<'_, N>) {
-        let Self { config, aligner, clock, stretch, record, setup, health, quiet, earlier, .. } =
-            self;
-        (aligner, health, Cutter { config, clock, stretch, record, setup, quiet, earlier })
+        let Self {
+            config, aligner, clock, stretch, record, setup, health, quiet, validity, ..
+        } = self;
+        (aligner, health, Cutter { config, clock, stretch, record, setup, quiet, validity })
     }
 
     fn set_up(&mut self, setup: Setup, sink: &mut impl FnMut(&Record<N>)) {

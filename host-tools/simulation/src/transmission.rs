@@ -82,24 +82,23 @@ pub fn transmit(
     for (index, (force, acceleration)) in samples.enumerate() {
         let ready_s = index as f64 / sampling.rate_hz + LATENCY_S;
         let counter = first_counter.wrapping_add(index as u32) & mask;
+        // A frame may carry several of them.
         let force = Reading::Force { counter, value: noisy(force, force_noise, rng) };
         let acceleration =
             Reading::Acceleration { counter, value: noisy(acceleration, acceleration_noise, rng) };
-        let mut sent = Vec::with_capacity(2);
-        for (reading, lost) in [(force, &mut lost_force), (acceleration, &mut lost_acceleration)] {
-            if happens(quality.drop, rng) {
-                *lost += 1;
-            } else {
-                sent.push(reading);
+        let angle = |(joint, &value): (usize, &f64)| Reading::Joint { index: joint as u8, value };
+        let pose = pose(index as f64 / sampling.rate_hz);
+        let readings: Vec<Reading> =
+            [force, acceleration].into_iter().chain(pose.iter().enumerate().map(angle)).collect();
+        for frame in signals.encode(&readings)? {
+            let carries = signals.sensors_of(frame.id);
+            let is_sampled = carries != [false; 2];
+            if is_sampled && happens(quality.drop, rng) {
+                lost_force += u64::from(carries[0]);
+                lost_acceleration += u64::from(carries[1]);
+            } else if is_sampled || index % pose_every == 0 {
+                bus.send(ready_s, frame);
             }
-        }
-        bus.send(ready_s, &signals.encode(&sent)?);
-        if index % pose_every == 0 {
-            let angle =
-                |(joint, &value): (usize, &f64)| Reading::Joint { index: joint as u8, value };
-            let pose = pose(index as f64 / sampling.rate_hz);
-            let angles: Vec<_> = pose.iter().enumerate().map(angle).collect();
-            bus.send(ready_s, &signals.encode(&angles)?);
         }
     }
     Ok(Transmission { frames: bus.frames, first_counter, lost_force, lost_acceleration })
@@ -112,12 +111,10 @@ struct Bus {
 }
 
 impl Bus {
-    fn send(&mut self, ready_s: f64, frames: &[Frame]) {
-        for &frame in frames {
-            let time_s = ready_s.max(self.free_s);
-            self.frames.push(TimedFrame { time_s, frame });
-            self.free_s = time_s + FRAME_S;
-        }
+    fn send(&mut self, ready_s: f64, frame: Frame) {
+        let time_s = ready_s.max(self.free_s);
+        self.frames.push(TimedFrame { time_s, frame });
+        self.free_s = time_s + FRAME_S;
     }
 }
 
@@ -145,12 +142,24 @@ mod tests {
     const POSE: [f64; 3] = [0.0, -0.45, 0.95];
 
     fn signals() -> SignalTable {
-        let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenario/mill3-edge.toml");
-        Config::load(&file).unwrap().signals
+        signals_of("../scenario/mill3-edge.toml")
+    }
+
+    fn signals_of(config: &str) -> SignalTable {
+        Config::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join(config)).unwrap().signals
     }
 
     /// The transmission while the TCP stands still under `force`.
     fn sent(samples: usize, force: Vector3<f64>, quality: Quality) -> Transmission {
+        sent_by(&signals(), samples, force, quality)
+    }
+
+    fn sent_by(
+        signals: &SignalTable,
+        samples: usize,
+        force: Vector3<f64>,
+        quality: Quality,
+    ) -> Transmission {
         let response = Response {
             force: vec![force; samples],
             displacement: vec![Vector3::zeros(); samples],
@@ -158,13 +167,16 @@ mod tests {
         };
         let sampling = mill3().0.measurement;
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(9);
-        transmit(&response, |_| POSE.to_vec(), &sampling, quality, &signals(), &mut rng).unwrap()
+        transmit(&response, |_| POSE.to_vec(), &sampling, quality, signals, &mut rng).unwrap()
     }
 
     fn readings(sent: &Transmission) -> Vec<Reading> {
-        let table = signals();
+        readings_by(&signals(), sent)
+    }
+
+    fn readings_by(table: &SignalTable, sent: &Transmission) -> Vec<Reading> {
         let mut readings = Vec::new();
-        let mut decoder = Decoder::new(&table);
+        let mut decoder = Decoder::new(table);
         for timed in &sent.frames {
             decoder.decode(timed.time_s, &timed.frame, |reading| readings.push(reading)).unwrap();
         }
@@ -221,5 +233,22 @@ mod tests {
         let force = readings(&sent).iter().filter(|r| matches!(r, Reading::Force { .. })).count();
         assert_eq!(force as u64 + sent.lost_force, 8192);
         assert!((700..950).contains(&sent.lost_force) && sent.lost_acceleration > 700);
+    }
+
+    #[test]
+    fn a_frame_of_both_sensors_is_lost_whole() {
+        let table = signals_of("../../edge-app/pipeline/tests/sensors/can-fd.toml");
+        let force = Vector3::new(500.0, 0.0, 0.0);
+        let sent = sent_by(&table, 1000, force, Quality { noise: 1.0, drop: 0.1 });
+        assert!(sent.lost_force > 50 && sent.lost_force == sent.lost_acceleration);
+        let forces: Vec<f32> = readings_by(&table, &sent)
+            .into_iter()
+            .filter_map(|reading| match reading {
+                Reading::Force { value, .. } => Some(value[0]),
+                _ => None,
+            })
+            .collect();
+        assert_eq!(forces.len() as u64 + sent.lost_force, 1000);
+        assert!(forces.iter().all(|own| (own - 500.0).abs() < 2.0));
     }
 }

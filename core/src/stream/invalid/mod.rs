@@ -1,4 +1,4 @@
-//! Samples that are no measurement although their frames come: [clipped] and [held] ones.
+//! Samples that are no measurement although their frames come: [clipped] and [held] ones, and [spikes].
 //!
 //! Few of them, in runs of one or two, are bridged like lost samples. A record with more of them is refused.
 
@@ -9,6 +9,7 @@ mod motion;
 use heapless::Vec;
 
 use super::bridge::MAX_GAP;
+use super::spikes;
 use motion::{BLOCK, Motion};
 
 /// −ln of the largest probability at which chance explains a count: 1e-7. Of a million records with twelve ends and six axes one or
@@ -19,14 +20,32 @@ const CHANCE: f32 = 16.0;
 const MANY: usize = 200;
 
 /// Samples of the axes of a sensor that were made missing.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct Invalid {
-    pub(super) clipped: [usize; 3],
-    pub(super) held: [usize; 3],
-    /// True if there are too many of them to be bridged, or too many in a row.
-    pub(super) clipped_are_many: bool,
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Invalid {
+    /// Samples of each axis at an end of its range.
+    pub clipped: [usize; 3],
+    /// Samples of each axis that repeat the one before although it moves.
+    pub held: [usize; 3],
+    /// Single wrong samples of each axis. They are sought where neither the clipped nor the held ones are too many.
+    pub spikes: [usize; 3],
+    /// True if there are too many clipped ones to be bridged, or too many in a row.
+    pub clipped_are_many: bool,
     /// True if there are too many held ones.
-    pub(super) held_are_many: bool,
+    pub held_are_many: bool,
+    /// True if there are too many spikes.
+    pub spikes_are_many: bool,
+}
+
+impl Invalid {
+    /// Returns whether there are too many of any kind to be bridged.
+    pub fn are_many(&self) -> bool {
+        self.clipped_are_many || self.held_are_many || self.spikes_are_many
+    }
+
+    /// Number of the samples of all axes.
+    pub fn samples(&self) -> usize {
+        [self.clipped, self.held, self.spikes].iter().flatten().sum()
+    }
 }
 
 /// Least and largest value of each axis at rest.
@@ -56,9 +75,9 @@ impl Rest {
     }
 }
 
-/// Findings of earlier records on the sensors.
+/// Tells samples that are no measurement, by the record and by what earlier ones showed of the sensors.
 #[derive(Clone, Debug)]
-pub(super) struct Earlier {
+pub struct Validity {
     /// Smallest step of the signals of force and acceleration.
     steps: [f32; 2],
     /// The force at rest, in the newest record that begins with it.
@@ -67,17 +86,31 @@ pub(super) struct Earlier {
     motions: [Motion; 3],
 }
 
-impl Earlier {
-    /// Nothing is known yet but the smallest step of the signals of force and acceleration.
-    pub(super) fn new(steps: [f32; 2]) -> Self {
+impl Validity {
+    /// Nothing is known yet but the smallest step of the signals of force (N) and acceleration (m/s²).
+    pub fn new(steps: [f32; 2]) -> Self {
         Self { steps, rest: None, motions: [Motion::none(steps[1]); 3] }
     }
 
-    /// Makes the clipped and held samples of the force missing (NaN). A force whose rest is not known is not judged.
-    pub(super) fn remove_of_force<const N: usize>(
+    /// Makes the clipped, held and spiked samples of a record missing (NaN), of force (sensor 0, N) or acceleration (1, m/s²).
+    pub fn remove<const N: usize>(
         &mut self,
+        sensor: usize,
         signals: &mut [Vec<f32, N>; 3],
     ) -> Invalid {
+        let mut invalid = match sensor {
+            0 => self.remove_of_force(signals),
+            _ => self.remove_of_acceleration(signals),
+        };
+        if !invalid.are_many() {
+            invalid.spikes = spikes::remove(signals, self.steps[sensor]);
+            invalid.spikes_are_many = spikes::are_many(&invalid.spikes, signals[0].len());
+        }
+        invalid
+    }
+
+    /// Makes the clipped and held samples of the force missing (NaN). A force whose rest is not known is not judged.
+    fn remove_of_force<const N: usize>(&mut self, signals: &mut [Vec<f32, N>; 3]) -> Invalid {
         let motions = signals.each_ref().map(|signal| Motion::of(signal, self.steps[0]));
         self.rest = Rest::of(signals, &motions).or(self.rest);
         self.rest.map_or(Invalid::default(), |rest| remove(signals, &motions, &rest))
@@ -85,7 +118,7 @@ impl Earlier {
 
     /// Makes those of the acceleration missing, which does not rest in a cut. An axis that moves in earlier records, and not in this one, is stuck
     /// if the others move as they did.
-    pub(super) fn remove_of_acceleration<const N: usize>(
+    fn remove_of_acceleration<const N: usize>(
         &mut self,
         signals: &mut [Vec<f32, N>; 3],
     ) -> Invalid {

@@ -40,11 +40,11 @@ fn cut(seed: u32, noise: f32, step: f32) -> [Vec<f32, SAMPLES>; 3] {
 }
 
 fn of_force(signals: &mut [Vec<f32, SAMPLES>; 3]) -> Invalid {
-    Earlier::new([STEP; 2]).remove_of_force(signals)
+    Validity::new([STEP; 2]).remove_of_force(signals)
 }
 
 fn of_acceleration(signals: &mut [Vec<f32, SAMPLES>; 3]) -> Invalid {
-    Earlier::new([STEP; 2]).remove_of_acceleration(signals)
+    Validity::new([STEP; 2]).remove_of_acceleration(signals)
 }
 
 #[test]
@@ -131,7 +131,7 @@ fn an_axis_that_sticks_is_held() {
 /// An axis that moved in an earlier record, and is stuck throughout this one.
 #[test]
 fn an_axis_that_is_stuck_for_a_whole_record_is_held() {
-    let mut earlier = Earlier::new([STEP; 2]);
+    let mut earlier = Validity::new([STEP; 2]);
     let mut stuck = cut(5, 0.16, STEP);
     stuck[2].fill(1.5);
     assert_eq!(earlier.remove_of_acceleration(&mut stuck.clone()), Invalid::default());

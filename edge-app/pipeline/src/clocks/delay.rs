@@ -16,8 +16,8 @@
 
 use std::f64::consts::TAU;
 
+use flexid_core::spectrum::fft;
 use nalgebra::{Complex, Matrix3, Rotation3, SMatrix, SVector, Vector3};
-use realfft::RealFftPlanner;
 use serde::Serialize;
 
 use super::line::median;
@@ -151,16 +151,9 @@ pub(super) fn delay(
     let nyquist_hz = 0.5 * settings.rate_hz;
     // Of slow sensors the upper part of the band must do.
     let lowest_hz = settings.above_hz.min(0.5 * nyquist_hz);
-    let mut planner = RealFftPlanner::<f64>::new();
     let mut curves = Vec::new();
     for (number, piece) in pieces.enumerate() {
-        curves.extend(self::curves(
-            &mut planner,
-            number,
-            &piece,
-            settings,
-            [lowest_hz, highest_hz],
-        ));
+        curves.extend(self::curves(number, &piece, settings, [lowest_hz, highest_hz]));
     }
     if curves.is_empty() {
         return Err(format!(
@@ -248,13 +241,7 @@ fn largest(of: impl Fn(f64) -> f64, from: f64, reach: f64, step: f64) -> (f64, f
 }
 
 /// The axes of a piece whose acceleration is coherent with the force.
-fn curves(
-    planner: &mut RealFftPlanner<f64>,
-    number: usize,
-    piece: &Piece,
-    settings: &Settings,
-    band_hz: [f64; 2],
-) -> Vec<Curve> {
+fn curves(number: usize, piece: &Piece, settings: &Settings, band_hz: [f64; 2]) -> Vec<Curve> {
     let turned = |of: &[Vec<f32>; 3], axes: &Rotation3<f64>| -> Option<[Vec<f64>; 3]> {
         let [x, y, z] = [held(&of[0])?, held(&of[1])?, held(&of[2])?];
         let mut turned = [Vec::new(), Vec::new(), Vec::new()];
@@ -268,13 +255,10 @@ fn curves(
         turned(&piece.force, &settings.axes[0]).zip(turned(&piece.acceleration, &settings.axes[1]));
     let Some((force, acceleration)) = both else { return Vec::new() };
     let length = force[0].len();
-    if length == 0 {
-        return Vec::new();
-    }
-    let [force, acceleration] = [force, acceleration].map(|of| of.map(|of| spectrum(planner, of)));
+    let [force, acceleration] = [force, acceleration].map(|of| of.map(|of| spectrum(&of)));
     let spacing_hz = settings.rate_hz / length as f64;
     let bins = ((GROUP_HZ / spacing_hz) as usize).max(FEWEST);
-    let [first, end] = band_hz.map(|hz| ((hz / spacing_hz) as usize).min(length / 2));
+    let [first, end] = band_hz.map(|hz| ((hz / spacing_hz) as usize).min(force[0].len()));
     let mut curves = [0, 1, 2].map(|axis| Curve {
         axis,
         piece: number,
@@ -347,17 +331,15 @@ fn held(values: &[f32]) -> Option<Vec<f64>> {
     Some(held.collect())
 }
 
-/// Returns the spectrum, its mean taken out, with Hann's window.
-fn spectrum(planner: &mut RealFftPlanner<f64>, mut values: Vec<f64>) -> Vec<Complex<f64>> {
-    let length = values.len();
-    let mean = values.iter().sum::<f64>() / length as f64;
-    for (index, value) in values.iter_mut().enumerate() {
-        let half = std::f64::consts::PI * (index as f64 + 0.5) / length as f64;
-        *value = (*value - mean) * half.sin().powi(2);
-    }
-    let transform = planner.plan_fft_forward(length);
-    let mut spectrum = transform.make_output_vec();
-    // The lengths are those of the plan.
-    let _ = transform.process(&mut values, &mut spectrum);
-    spectrum
+/// Returns the spectrum below half the rate, the mean taken out, with Hann's window. It is empty of another length than records have.
+fn spectrum(values: &[f64]) -> Vec<Complex<f64>> {
+    let length = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / length;
+    let windowed = values.iter().enumerate().map(|(index, value)| {
+        let half = std::f64::consts::PI * (index as f64 + 0.5) / length;
+        ((value - mean) * half.sin().powi(2)) as f32
+    });
+    let mut windowed: Vec<f32> = windowed.collect();
+    let bins = fft::real_transform(&mut windowed).unwrap_or_default();
+    bins.iter().map(|bin| Complex::new(f64::from(bin.re), f64::from(bin.im))).collect()
 }

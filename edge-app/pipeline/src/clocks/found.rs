@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use flexid_core::imperfection::Accuracies;
 use serde::Serialize;
 
 use super::delay::Delay;
@@ -34,6 +35,9 @@ pub struct FoundClock {
     pub late: u64,
     /// Number of instants within the runs whose frame is missing.
     pub lost: u64,
+    /// Number of samples of axes that are left out as no measurement: clipped, held or spiked ones. Those of the slower sensor are told behind,
+    /// record by record.
+    pub invalid: u64,
     /// Number of runs: a pause, a counter that begins anew, or a clock that is set begins another.
     pub runs: usize,
 }
@@ -62,7 +66,7 @@ impl fmt::Display for Untold {
 
 impl fmt::Display for FoundClock {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { rate_hz, ppm, ppm_std, frames, late, lost, runs } = self;
+        let Self { rate_hz, ppm, ppm_std, frames, late, lost, invalid, runs } = self;
         if ppm.abs() > QUARTZ_PPM {
             write!(
                 f,
@@ -74,6 +78,9 @@ impl fmt::Display for FoundClock {
         }
         let part = |count: u64| 100.0 * count as f64 / (*frames).max(1) as f64;
         write!(f, ", {:.2} % late, {lost} lost", part(*late))?;
+        if *invalid > 0 {
+            write!(f, ", {invalid} clipped, held or spiked")?;
+        }
         if *runs > 1 { write!(f, ", {runs} runs") } else { Ok(()) }
     }
 }
@@ -98,6 +105,28 @@ impl fmt::Display for FoundClocks {
 }
 
 impl FoundClocks {
+    /// Returns accuracies that are wide enough for what the clocks leave unknown, beside what is `typical` without them. A delay that a fit seeks
+    /// has a prior of its own.
+    pub(crate) fn widen(
+        &self,
+        own: &Accuracies,
+        typical: &Accuracies,
+        seeks_delay: bool,
+    ) -> Accuracies {
+        let wider = |own: f64, typical: f64, std: f64| own.max(typical.hypot(std));
+        let delay_std_s = self.delay.map_or(0.0, |delay| delay.std_s);
+        Accuracies {
+            delay: if seeks_delay {
+                own.delay
+            } else {
+                wider(own.delay, typical.delay, delay_std_s)
+            },
+            delay_drift: wider(own.delay_drift, typical.delay_drift, self.drift_std),
+            record_delay: wider(own.record_delay, typical.record_delay, self.record_delay_std_s),
+            ..*own
+        }
+    }
+
     /// Returns whether the rate of the slower sensor differs from the configured one by more than any quartz.
     pub fn has_wrong_rate(&self) -> bool {
         let [one, other] = &self.sensors;

@@ -4,6 +4,8 @@
 //! lost is a turn that was missed. In both cases arrivals tell the turns. From where one was missed, no frame comes earlier than a turn
 //! after the line so far. A stall does not last: its frames come late, those behind it do not.
 
+use flexid_core::stream::{SET_BACK_S, SILENCE_S};
+
 use super::line::{Frame, median};
 
 /// An arrival of a sensor.
@@ -27,10 +29,6 @@ pub(super) struct Numbered {
     pub(super) scatter: f64,
 }
 
-/// A silence of this length ends a run, s: it ends the sequence of a stream, too.
-const SILENCE_S: f64 = 0.5;
-/// An arrival that is earlier than the one before by more was made on another clock, s. Readers swap frames of some ms.
-const SET_BACK_S: f64 = 0.01;
 /// A stall that lasts longer counts as a loss, s: five times what UDP showed.
 const STALL_S: f64 = 0.1;
 /// A loss that is taken back within this time was a stall, s.

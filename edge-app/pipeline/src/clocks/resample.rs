@@ -27,6 +27,8 @@ const CUTOFF: f64 = 0.92;
 /// Longest gap that is filled, samples, and neighbours on each side by which it is. A stream bridges no longer ones.
 const FILLED: usize = 2;
 const NEIGHBOURS: usize = 3;
+/// Samples that are judged together: some seconds, as in a record.
+const BLOCK: usize = 8192;
 
 /// The kernel for one ratio of periods.
 pub(super) struct Kernel {
@@ -36,6 +38,9 @@ pub(super) struct Kernel {
     /// Steps of the table for each sample of the input.
     steps: f64,
 }
+
+/// Samples of a sensor's axes that are judged together.
+pub(super) type Block = [heapless::Vec<f32, BLOCK>; 3];
 
 /// A signal of three axes, by the numbers of its samples. What was lost is NaN.
 pub(super) struct Signal {
@@ -73,23 +78,46 @@ impl Kernel {
 }
 
 impl Signal {
-    /// Makes the signal of samples in the order of their numbers.
-    pub(super) fn of(samples: impl Iterator<Item = (i64, [f32; 3])> + Clone) -> Self {
+    /// Makes the signal of samples in the order of their numbers. `judge` makes those of a block missing that are no measurement, and returns
+    /// whether they are too many to be filled: then nothing of the block is known.
+    pub(super) fn of(
+        samples: impl Iterator<Item = (i64, [f32; 3])> + Clone,
+        judge: &mut impl FnMut(&mut Block) -> bool,
+    ) -> Self {
         let first = samples.clone().next().map_or(0, |(number, _)| number);
         let length =
             samples.clone().last().map_or(0, |(number, _)| (number - first + 1).max(0) as usize);
         let mut signal = Self {
             first,
             values: std::array::from_fn(|_| vec![f32::NAN; length]),
-            is_lost: vec![true; length],
+            is_lost: Vec::new(),
         };
         for (number, value) in samples {
             let place = (number - first) as usize;
-            signal.is_lost[place] = value.iter().any(|own| !own.is_finite());
             (0..3).for_each(|axis| signal.values[axis][place] = value[axis]);
         }
+        signal.judge(judge);
+        let is_lost = |place: usize| signal.values.iter().any(|own| !own[place].is_finite());
+        signal.is_lost = (0..length).map(is_lost).collect();
         signal.fill();
         signal
+    }
+
+    /// Makes samples missing that are no measurement, block by block.
+    fn judge(&mut self, judge: &mut impl FnMut(&mut Block) -> bool) {
+        let mut block: Box<Block> = Box::default();
+        for first in (0..self.values[0].len()).step_by(BLOCK) {
+            for (own, values) in block.iter_mut().zip(&self.values) {
+                let end = values.len().min(first + BLOCK);
+                own.clear();
+                own.extend(values[first..end].iter().copied());
+            }
+            let are_many = judge(&mut block);
+            for (own, values) in block.iter().zip(&mut self.values) {
+                let judged = own.iter().map(|value| if are_many { f32::NAN } else { *value });
+                values[first..].iter_mut().zip(judged).for_each(|(value, judged)| *value = judged);
+            }
+        }
     }
 
     /// Fills gaps that are short.
@@ -178,7 +206,7 @@ mod tests {
             let t = number as f64 / rate_hz;
             [(wave(t) + also(t)) as f32, 1.0, 0.0]
         };
-        Signal::of(numbers.iter().map(|&number| (number, value(number))))
+        Signal::of(numbers.iter().map(|&number| (number, value(number))), &mut |_| false)
     }
 
     /// Largest amplitude error over the amplitude, and largest phase error, rad, at 200 Hz of outputs at `rate_hz`.

@@ -1,10 +1,12 @@
 //! Lines, delays and readings from arrivals that were made.
 
+use nalgebra::Rotation3;
 use rand_core::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
 use super::*;
-use crate::clocks::line::Frame;
+use crate::clocks::line::{Frame, Line};
+use crate::clocks::number::{Numbered, Sample};
 
 /// How late a frame comes: mean of an exponential delay, part of stalls and the longest, s.
 #[derive(Clone, Copy, Debug)]
@@ -224,10 +226,10 @@ impl Tool {
 }
 
 /// A recording of 13 s with noise, the acceleration stamped late by `late_s`, and 20 ppm slow.
-fn recording(late_s: f64, latency: Latency, rates: [f64; 2], bits: [Option<u32>; 2]) -> Kept {
+fn recording(late_s: f64, latency: Latency, rates: [f64; 2], bits: [Option<u32>; 2]) -> Recording {
     let mut rng = random(11);
     let tool = Tool::at(rates[0].min(rates[1]));
-    let mut kept = Kept::new(expected(rates[0].min(rates[1]), bits));
+    let mut kept = Recording::new(expected(rates[0].min(rates[1]), bits));
     let mut all = Vec::new();
     for (sensor, pace) in [(0, 1.0), (1, 1.0 + 20e-6)] {
         let from_s = if sensor == 0 { 0.2 } else { 0.2137 };
@@ -271,6 +273,7 @@ fn expected(rate_hz: f64, counter_bits: [Option<u32>; 2]) -> Expected {
         rate_hz,
         highest_hz: 200.0,
         record_samples: (4.096 * rate_hz) as usize,
+        steps: [1e-4; 2],
         axes: [Rotation3::identity(); 2],
         seeks_delay: false,
     }
@@ -337,12 +340,36 @@ fn readings_leave_with_common_instants() {
     }
 }
 
+/// The accelerometer is at the end of its range for a second.
+#[test]
+fn clipped_samples_are_left_out() {
+    let mut recording = recording(3e-3, CAN, [RATE_HZ; 2], [None; 2]);
+    let samples = &mut recording.kept.sensors[1];
+    let range = samples.iter().map(|own| own.value[1]).fold(0.0, f32::max);
+    let from_s = samples[0].time_s;
+    let is_loud = |time_s: f64| (5.0..6.0).contains(&(time_s - from_s));
+    let loud = samples.iter_mut().filter(|own| is_loud(own.time_s));
+    loud.for_each(|own| own.value[1] = (2.0 * own.value[1]).min(range));
+    let found = recording.tell().unwrap();
+    assert!(found.sensors[0].invalid == 0 && found.sensors[1].invalid > 50, "{found}");
+    assert!(found.to_string().contains(" clipped, held or spiked"), "{found}");
+    let first_s = recording.kept.times_s.unwrap().0;
+    let (mut loud, mut quiet) = (0, 0);
+    recording.give(|time_s, reading| {
+        if let Reading::Acceleration { .. } = reading {
+            loud += u32::from(is_loud(time_s - first_s));
+            quiet += u32::from((9.0..12.0).contains(&(time_s - first_s)));
+        }
+    });
+    assert_eq!((loud, quiet), (0, 6000));
+}
+
 #[test]
 fn what_cannot_be_told_has_a_reason_and_a_mend() {
-    let untold = |mut kept: Kept| kept.tell().err().unwrap().to_string();
+    let untold = |mut kept: Recording| kept.tell().err().unwrap().to_string();
     let udp = untold(recording(1e-3, UDP, [RATE_HZ; 2], [None; 2]));
     assert!(udp.contains("scatter") && udp.contains("counter in [signals]"), "{udp}");
-    let mut quiet = Kept::new(expected(RATE_HZ, [None; 2]));
+    let mut quiet = Recording::new(expected(RATE_HZ, [None; 2]));
     let mut rng = random(3);
     for number in 0..20_000 {
         let mut noise = || [0, 1, 2].map(|_| uniform(&mut rng) as f32);
@@ -352,6 +379,6 @@ fn what_cannot_be_told_has_a_reason_and_a_mend() {
     }
     let quiet = untold(quiet);
     assert!(quiet.contains("not coherent") && quiet.contains("[calibration] delay_s"), "{quiet}");
-    let few = untold(Kept::new(expected(RATE_HZ, [None; 2])));
+    let few = untold(Recording::new(expected(RATE_HZ, [None; 2])));
     assert!(few.contains("too few"), "{few}");
 }

@@ -325,6 +325,7 @@ impl Config {
             rate_hz: self.rate_hz,
             highest_hz: self.band_hz[1],
             record_samples: self.record_samples,
+            steps: [self.signals.force_resolution, self.signals.acceleration_resolution],
             axes: [self.mounting.force_axes, self.mounting.accelerometer_axes],
             seeks_delay: self.sought.unknown(Coordinate::Delay).is_some(),
         })

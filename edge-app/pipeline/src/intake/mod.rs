@@ -16,7 +16,7 @@ use flexid_wire::misfits::{self, MisfitKind};
 use flexid_wire::state::{Obstacle, Sensor, State};
 use flexid_wire::text::clipped;
 
-use crate::clocks::{FoundClocks, Kept, Untold};
+use crate::clocks::{FoundClocks, Recording, Untold};
 use crate::config::Config;
 use crate::record::{Record, SAMPLES};
 use crate::signals::{Decoder, NoReading, SignalTable};
@@ -47,7 +47,7 @@ pub struct Intake<'a> {
     reading_faults: ReadingFaults,
     plausibility: Plausibility,
     /// Readings of sensors with clocks of their own, until the recording ends.
-    kept: Option<Box<Kept>>,
+    kept: Option<Box<Recording>>,
     /// What was told of these clocks.
     clocks: Option<Result<FoundClocks, Untold>>,
 }
@@ -86,7 +86,7 @@ impl<'a> Intake<'a> {
             unknown: UnknownFrames::default(),
             reading_faults: ReadingFaults::default(),
             plausibility: Plausibility::new(config),
-            kept: config.own_clocks().map(|expected| Box::new(Kept::new(expected))),
+            kept: config.own_clocks().map(|expected| Box::new(Recording::new(expected))),
             clocks: None,
         })
     }

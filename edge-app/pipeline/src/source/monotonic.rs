@@ -7,11 +7,12 @@
 use std::ops::RangeInclusive;
 use std::time::Duration;
 
+use flexid_core::stream::SET_BACK_S;
 use nix::time::{ClockId, clock_gettime};
 
 /// Longest time by which a timestamp may lie before the newest one, ns: readers on several processors swap frames. Core takes
-/// the clock to be set back beyond the same time (`SET_BACK_S` in `core/src/stream/clock.rs`).
-const SWAPPED_NS: i128 = 10_000_000;
+/// the clock to be set back beyond it.
+const SWAPPED_NS: i128 = (1e9 * SET_BACK_S) as i128;
 
 /// The offset realtime − monotonic, as measured last and as before realtime was set.
 #[derive(Clone, Copy, Debug, Default)]
