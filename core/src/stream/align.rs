@@ -42,7 +42,7 @@ const MAX_MISSING: i64 = 2;
 /// A longer silence ends the sequence of instants, s.
 pub const SILENCE_S: f64 = 0.5;
 /// Most by which a frame may come later than its counter implies, after a gap too long to be bridged, s.
-const LATE_S: f64 = 0.05;
+pub const LATE_S: f64 = 0.05;
 /// Most sample periods by which a frame may come earlier than its counter implies.
 const EARLY_PERIODS: f64 = 3.0;
 /// A counter that is less than this many instants back is that of a late or doubled frame, not of a restart.

@@ -43,7 +43,7 @@ pub(super) const CRYSTAL: f64 = 50e-6;
 const REPORTED: f64 = 200e-6;
 /// Arrivals of a sender that keeps time stay within this of a straight line, s: USB adapters poll every 1 ms, kernels tick every
 /// 4 ms. A sender that strays farther was held up, and its arrivals give no rate.
-const STRAYS_S: f64 = 5e-3;
+pub const STRAYS_S: f64 = 5e-3;
 /// Part by which the rate of a sender that was held up may differ from the configured one without a report. A sender that is faster
 /// by more over a whole run was not held up.
 const TOLERANCE: f64 = 0.1;

@@ -21,10 +21,10 @@ mod stretch;
 
 use heapless::Vec;
 
-pub use align::SILENCE_S;
 use align::{Aligned, Aligner, Channel, Frame};
+pub use align::{LATE_S, SILENCE_S};
 use clock::Clock;
-pub use clock::SET_BACK_S;
+pub use clock::{SET_BACK_S, STRAYS_S};
 pub use config::{AngleSignal, StreamConfig, StreamError};
 use cutter::Cutter;
 pub use health::{AngleHealth, StreamHealth};
@@ -32,6 +32,7 @@ pub use invalid::{Invalid, Validity};
 use pose::Doubt;
 pub use pose::STATIC;
 pub use record::Record;
+pub use sender::CYCLE_S;
 pub use setup::Setup;
 use stretch::Stretch;
 
@@ -68,7 +69,7 @@ pub enum Reading {
 
 /// Longest silence of all signals after which joint angles still hold, s. In a longer silence, as between two recordings, the robot
 /// may have moved.
-const LONG_SILENCE_S: f64 = 10.0;
+pub const LONG_SILENCE_S: f64 = 10.0;
 
 /// Turns readings into records of up to `N` samples.
 #[derive(Clone, Debug)]

@@ -10,7 +10,7 @@ use super::config::AngleSignal;
 /// other as often.
 const REPEATS: u8 = 3;
 /// Longest time from an angle to its repetition, s. A slower cycle would make a record of 4 s wait for long.
-pub(super) const CYCLE_S: f64 = 2.0;
+pub const CYCLE_S: f64 = 2.0;
 /// Least time after which a sender on change has sent the angle of a joint that moves, s: twice the cycle of a slow fieldbus gateway.
 pub(super) const NOTICE_S: f64 = 0.25;
 /// Cycles until a reading has come again, if the arrivals differ by half a cycle.

@@ -5,7 +5,7 @@ use std::io;
 use std::time::Duration;
 
 use embedded_can::Id;
-use flexid_core::stream::{Reading, SILENCE_S};
+use flexid_core::stream::{CYCLE_S, Reading, SILENCE_S};
 use flexid_wire::misfits::FrameId;
 
 use crate::config::Config;
@@ -13,10 +13,6 @@ use crate::intake::frame_id;
 use crate::signals::SignalTable;
 use crate::source::{Arrival, Content, Flow, Frame, FrameKind, FrameSource, SourceHealth};
 
-/// Time without a frame that carries neither force nor acceleration that does not count for the rate, s. Of those that do it is
-/// [`SILENCE_S`]. The stream takes joint angles in a slower cycle for angles sent on change (`CYCLE_S` in
-/// `core/src/stream/pose.rs`).
-const CYCLE_S: f64 = 2.0;
 /// Most identifiers without a signal that are told apart.
 const MOST: usize = 256;
 

@@ -4,7 +4,7 @@
 //! lost is a turn that was missed. In both cases arrivals tell the turns. From where one was missed, no frame comes earlier than a turn
 //! after the line so far. A stall does not last: its frames come late, those behind it do not.
 
-use flexid_core::stream::{SET_BACK_S, SILENCE_S};
+use flexid_core::stream::{SET_BACK_S, SILENCE_S, STRAYS_S};
 
 use super::line::{Frame, median};
 
@@ -35,9 +35,6 @@ const STALL_S: f64 = 0.1;
 const LONG_STALL_S: f64 = 2.0;
 /// Fewest frames of a stretch whose earliest arrival counts.
 const FEWEST: usize = 64;
-/// Arrivals of a sender that keeps time stay within this of a line, s (core's `stream::clock`). A step that is no turn is larger: the
-/// counter began anew, or the clock was set.
-const STRAYS_S: f64 = 5e-3;
 /// A frame whose counter is so few instants behind is late or doubled.
 const RECENT: i64 = 10;
 
@@ -205,6 +202,7 @@ impl Turns {
                 if index % window == 0 {
                     scatter.note(lasting_s / turn_s);
                 }
+                // A larger step that is no turn: the counter began anew, or the clock was set.
                 let is_turn = !self.has_counter || beside_s.abs() < STRAYS_S;
                 let was_stall = newest.filter(|(at, of)| {
                     let passed_s = (index - at) as f64 * self.period_s;

@@ -11,6 +11,8 @@
 //!   reader that fetches many at once, and show no order.
 //! - A sample that follows one without its last frames is held back until the next frame: the last frames may have been late, not lost.
 
+use flexid_core::stream::LATE_S;
+
 use super::map::{Channels, MOST_CHANNELS};
 use super::message::Part;
 
@@ -21,8 +23,6 @@ const ALIKE: f64 = 0.1;
 
 /// No frame of a bus lasts less, s: the arbitration of CAN FD has 30 bits of at least 1 µs, and the data follow.
 const SHORTEST_S: f64 = 30e-6;
-/// Most by which frames with the same counter are apart, s: as late as a frame may come (`LATE_S` in `core/src/stream/align.rs`).
-const APART_S: f64 = 0.05;
 
 /// Puts the frames of a sensor together.
 #[derive(Clone, Debug)]
@@ -84,7 +84,7 @@ impl Joining {
                 return None;
             }
             Rule::Counters => self.open.as_ref().is_some_and(|open| {
-                let is_near = (time_s - open.began_s).abs() <= APART_S;
+                let is_near = (time_s - open.began_s).abs() <= LATE_S;
                 lacks(open) && open.counter == counter && is_near
             }),
             Rule::Order { first, .. } if part.number == *first => false,

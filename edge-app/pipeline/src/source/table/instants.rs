@@ -3,14 +3,13 @@
 //! The number of the row is the counter. Where the time says that rows are missing, the counter goes on by as many. Where the time begins anew, makes
 //! a long pause, or the line of names came again, another cut begins: its times follow behind a pause, since the robot may have moved.
 
-use flexid_core::stream::SET_BACK_S;
+use flexid_core::stream::{LONG_SILENCE_S, SET_BACK_S};
 
 use super::rates::{DIFFERS, two_rates};
 use super::row::Row;
 
-/// Pause between two cuts, s: longer than the one after which the stream forgets the joint angles (`LONG_SILENCE_S` in
-/// `core/src/stream/mod.rs`).
-const PAUSE_S: f64 = 11.0;
+/// Pause between two cuts, s: longer than the one after which the stream forgets the joint angles.
+const PAUSE_S: f64 = LONG_SILENCE_S + 1.0;
 /// Longest time between two rows in which none is missing, in sampling periods, or in steps of the time where these are longer: programs may
 /// write milliseconds.
 const NEXT: f64 = 1.5;

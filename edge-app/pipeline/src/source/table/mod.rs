@@ -73,7 +73,7 @@ const BATCH: usize = 256;
 /// `intake/obstacle.rs`).
 const SHARE: usize = 10;
 /// Longest time after which the angles of joints come again, s: that of a simulated bus, far below the slowest cycle that the stream takes
-/// (`CYCLE_S` in `core/src/stream/sender.rs`).
+/// ([`flexid_core::stream::CYCLE_S`]).
 const CYCLE_S: f64 = 0.1;
 
 /// Rate and steps that the first rows of a table show.
