@@ -2,7 +2,7 @@
 
 use flexid_pipeline::check::{Identifier, Survey};
 use flexid_pipeline::config::Config;
-use flexid_pipeline::signals::OtherAngle;
+use flexid_pipeline::signals::{Clocks, OtherAngle};
 use flexid_pipeline::text::count;
 use flexid_wire::misfits::{FrameId, Misfit, MisfitKind};
 use flexid_wire::rate::RateUsed;
@@ -153,7 +153,11 @@ fn of_rates(config: &Config, survey: &Survey) -> Vec<Finding> {
         .filter_map(|identifier| Some((identifier, identifier.traffic.rate_hz()?)))
         .collect();
     let is_off = |rate: f64| (rate / configured_hz - 1.0).abs() > RATE_OFF;
-    let off = rates.iter().filter(|(_, rate)| is_off(*rate));
+    // Of sensors with clocks of their own the slower one has the configured rate.
+    let has_own = matches!(config.signals.clocks, Clocks::Own(_));
+    let slowest_hz = rates.iter().map(|(_, rate)| *rate).fold(f64::INFINITY, f64::min);
+    let is_faster = |rate: f64| has_own && rate > (1.0 + RATE_OFF) * slowest_hz;
+    let off = rates.iter().filter(|(_, rate)| is_off(*rate) && !is_faster(*rate));
     let mut findings: Vec<Finding> = off
         .map(|(identifier, rate)| {
             let finding = format!(
@@ -322,5 +326,18 @@ mod tests {
         survey.rate = Some((known, RateUsed::Uncertain { std_hz: 1.0 }));
         assert_eq!(rate(&config, &survey).severity, Wrong);
         assert!(of_rates(&config, &empty()).is_empty());
+    }
+
+    #[test]
+    fn a_faster_sensor_with_a_clock_of_its_own_has_a_right_rate() {
+        let (mut survey, mut config) = (good(), config());
+        survey.expected[1].traffic.seconds *= 0.2;
+        assert_eq!(of_rates(&config, &survey)[0].severity, Doubtful);
+        config.signals.clocks = Clocks::Own([None; 2]);
+        let right = of_rates(&config, &survey)[0].clone();
+        assert_eq!(right.severity, Severity::Right);
+        assert!(right.finding.contains("at 2000.0 and 10000.0 Hz"), "{}", right.finding);
+        survey.expected[0].traffic.seconds *= 2.0;
+        assert_eq!(of_rates(&config, &survey)[0].severity, Doubtful);
     }
 }
