@@ -144,8 +144,10 @@ impl<const N: usize> Cutter<'_, N> {
         let is_lost = |value: &&f32| value.is_nan();
         let lost = [&record.force[0], &record.acceleration[0]]
             .map(|signal| signal.iter().filter(is_lost).count());
-        let invalid =
-            [validity.remove(0, &mut record.force), validity.remove(1, &mut record.acceleration)];
+        let invalid = [
+            validity.judge_force(&mut record.force),
+            validity.judge_acceleration(&mut record.acceleration),
+        ];
         for (sensor, invalid) in invalid.iter().enumerate() {
             for axis in 0..3 {
                 health.clipped[3 * sensor + axis] += invalid.clipped[axis] as u64;
@@ -153,9 +155,12 @@ impl<const N: usize> Cutter<'_, N> {
                 health.spikes[3 * sensor + axis] += invalid.spikes[axis] as u64;
             }
         }
-        health.refused_clipped += u64::from(invalid.iter().any(|own| own.clipped_are_many));
-        health.refused_held += u64::from(invalid.iter().any(|own| own.held_are_many));
-        health.spiked += u64::from(invalid.iter().any(|own| own.spikes_are_many));
+        let are_clipped = invalid.iter().any(|own| own.clipped_are_many);
+        let are_held = invalid.iter().any(|own| own.held_are_many);
+        let are_spiked = invalid.iter().any(|own| own.spikes_are_many);
+        health.refused_clipped += u64::from(are_clipped);
+        health.refused_held += u64::from(are_held);
+        health.spiked += u64::from(are_spiked && !are_clipped && !are_held);
         if invalid.iter().any(Invalid::are_many) {
             health.samples_discarded += samples as u64;
             return;

@@ -42,6 +42,15 @@ impl Invalid {
         self.clipped_are_many || self.held_are_many || self.spikes_are_many
     }
 
+    /// Makes the spikes missing, too. `step` is the smallest step of the signals.
+    fn with_spikes<const N: usize>(mut self, signals: &mut [Vec<f32, N>; 3], step: f32) -> Self {
+        if !self.are_many() {
+            self.spikes = spikes::remove(signals, step);
+            self.spikes_are_many = spikes::are_many(&self.spikes, signals[0].len());
+        }
+        self
+    }
+
     /// Number of the samples of all axes.
     pub fn samples(&self) -> usize {
         [self.clipped, self.held, self.spikes].iter().flatten().sum()
@@ -56,9 +65,16 @@ impl Rest {
     /// Nothing is at rest.
     const NONE: Self = Self([[f32::NAN; 2]; 3]);
 
-    /// The range of the start of a record, if no axis moves clearly there.
+    /// The range of the start of a record, if it is there and no axis moves clearly.
     fn of<const N: usize>(signals: &[Vec<f32, N>; 3], motions: &[Motion; 3]) -> Option<Self> {
-        let start = signals[0].len().min(BLOCK);
+        let start = BLOCK;
+        let is_there = |signal: &Vec<f32, N>| {
+            let start = signal.get(..start).unwrap_or_default();
+            2 * start.iter().filter(|value| value.is_finite()).count() >= BLOCK
+        };
+        if !signals.iter().all(is_there) {
+            return None;
+        }
         let moves =
             |axis: usize| (1..start).any(|sample| motions[axis].is_clear(&signals[axis], sample));
         let range = |axis: usize| {
@@ -92,21 +108,19 @@ impl Validity {
         Self { steps, rest: None, motions: [Motion::none(steps[1]); 3] }
     }
 
-    /// Makes the clipped, held and spiked samples of a record missing (NaN), of force (sensor 0, N) or acceleration (1, m/s²).
-    pub fn remove<const N: usize>(
+    /// Makes the clipped, held and spiked samples of a record's force missing (NaN), N.
+    pub fn judge_force<const N: usize>(&mut self, signals: &mut [Vec<f32, N>; 3]) -> Invalid {
+        let invalid = self.remove_of_force(signals);
+        invalid.with_spikes(signals, self.steps[0])
+    }
+
+    /// Makes those of a record's acceleration missing, m/s².
+    pub fn judge_acceleration<const N: usize>(
         &mut self,
-        sensor: usize,
         signals: &mut [Vec<f32, N>; 3],
     ) -> Invalid {
-        let mut invalid = match sensor {
-            0 => self.remove_of_force(signals),
-            _ => self.remove_of_acceleration(signals),
-        };
-        if !invalid.are_many() {
-            invalid.spikes = spikes::remove(signals, self.steps[sensor]);
-            invalid.spikes_are_many = spikes::are_many(&invalid.spikes, signals[0].len());
-        }
-        invalid
+        let invalid = self.remove_of_acceleration(signals);
+        invalid.with_spikes(signals, self.steps[1])
     }
 
     /// Makes the clipped and held samples of the force missing (NaN). A force whose rest is not known is not judged.

@@ -127,6 +127,11 @@ impl FoundClocks {
         }
     }
 
+    /// Returns whether samples were left out as no measurement.
+    pub fn has_invalid(&self) -> bool {
+        self.sensors.iter().any(|own| own.invalid > 0)
+    }
+
     /// Returns whether the rate of the slower sensor differs from the configured one by more than any quartz.
     pub fn has_wrong_rate(&self) -> bool {
         let [one, other] = &self.sensors;

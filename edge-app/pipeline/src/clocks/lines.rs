@@ -21,7 +21,7 @@ pub(super) struct Lines {
     signals: Vec<Signal>,
     kernel: Kernel,
     /// Number of its samples that are no measurement.
-    invalid: u64,
+    pub(super) invalid: u64,
     /// The part of each run.
     pub(super) parts: [Vec<usize>; 2],
 }
@@ -50,8 +50,10 @@ impl Lines {
         let numbered = [0, 1].map(|sensor| Numbered::of(&kept.sensors[sensor], bits[sensor]));
         let lines = [line(kept, &numbered, 0)?, line(kept, &numbered, 1)?];
         let base = usize::from(lines[1].period_s > SLOWER * lines[0].period_s);
-        let (signals, invalid) = signals(kept, &numbered[1 - base], 1 - base);
-        let kernel = Kernel::of(lines[base].period_s / lines[1 - base].period_s);
+        let ratio = lines[base].period_s / lines[1 - base].period_s;
+        let block = ratio * kept.expected.record_samples as f64;
+        let (signals, invalid) = signals(kept, &numbered[1 - base], 1 - base, block as usize);
+        let kernel = Kernel::of(ratio);
         let parts = [0, 1].map(|sensor| parts_of_runs(&kept.parts, &numbered[sensor], sensor));
         Ok(Self { numbered, lines, base, signals, kernel, invalid, parts })
     }
@@ -179,12 +181,15 @@ fn line(kept: &Kept, numbered: &[Numbered; 2], sensor: usize) -> Result<Line, Un
 }
 
 /// Returns the signal of a sensor by its runs, and the number of samples of axes that are no measurement. They are judged here, since a
-/// sample that is taken between two others shows no more that one of them was clipped.
-fn signals(kept: &Kept, numbered: &Numbered, sensor: usize) -> (Vec<Signal>, u64) {
+/// sample that is taken between two others shows no more that one of them was clipped, in blocks as long as a record.
+fn signals(kept: &Kept, numbered: &Numbered, sensor: usize, block: usize) -> (Vec<Signal>, u64) {
     let mut validity = Validity::new(kept.expected.steps);
     let mut invalid = 0;
     let mut judge = |block: &mut Block| {
-        let own = validity.remove(sensor, block);
+        let own = match sensor {
+            0 => validity.judge_force(block),
+            _ => validity.judge_acceleration(block),
+        };
         invalid += own.samples() as u64;
         own.are_many()
     };
@@ -195,7 +200,7 @@ fn signals(kept: &Kept, numbered: &Numbered, sensor: usize) -> (Vec<Signal>, u64
         samples = behind;
         let value =
             |(frame, &sample): (&Frame, &usize)| (frame.number, kept.sensors[sensor][sample].value);
-        signals.push(Signal::of(run.iter().zip(own).map(value), &mut judge));
+        signals.push(Signal::of(run.iter().zip(own).map(value), block, &mut judge));
     }
     (signals, invalid)
 }

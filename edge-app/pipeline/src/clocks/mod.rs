@@ -31,6 +31,7 @@ use flexid_core::stream::Reading;
 pub use delay::Delay;
 pub use found::{FoundClock, FoundClocks, Untold};
 
+use found::NAMES;
 pub(crate) use kept::Expected;
 use kept::Kept;
 use lines::{Lines, STAMP};
@@ -70,8 +71,13 @@ impl Recording {
             Ok(delay) => Some(delay),
             Err(_) if expected.seeks_delay => None,
             Err(reason) => {
-                let reason =
+                let mut reason =
                     format!("the delay between force and acceleration is not told: {reason}");
+                if lines.invalid > 0 {
+                    let (samples, name) = (lines.invalid, NAMES[1 - lines.base]);
+                    reason +=
+                        &format!("; {samples} samples of the {name} are clipped, held or spiked");
+                }
                 return Err(Untold { reason, mend: EXCITE });
             }
         };

@@ -14,6 +14,8 @@
 
 use std::f64::consts::PI;
 
+use crate::record::SAMPLES;
+
 /// Taps on each side.
 const REACH: f64 = 32.0;
 /// Kaiser's β.
@@ -27,8 +29,8 @@ const CUTOFF: f64 = 0.92;
 /// Longest gap that is filled, samples, and neighbours on each side by which it is. A stream bridges no longer ones.
 const FILLED: usize = 2;
 const NEIGHBOURS: usize = 3;
-/// Samples that are judged together: some seconds, as in a record.
-const BLOCK: usize = 8192;
+/// Samples on each side of a block that are judged with it: a spike shows in seven differences.
+const BESIDE: usize = 8;
 
 /// The kernel for one ratio of periods.
 pub(super) struct Kernel {
@@ -40,7 +42,7 @@ pub(super) struct Kernel {
 }
 
 /// Samples of a sensor's axes that are judged together.
-pub(super) type Block = [heapless::Vec<f32, BLOCK>; 3];
+pub(super) type Block = [heapless::Vec<f32, SAMPLES>; 3];
 
 /// A signal of three axes, by the numbers of its samples. What was lost is NaN.
 pub(super) struct Signal {
@@ -78,10 +80,11 @@ impl Kernel {
 }
 
 impl Signal {
-    /// Makes the signal of samples in the order of their numbers. `judge` makes those of a block missing that are no measurement, and returns
-    /// whether they are too many to be filled: then nothing of the block is known.
+    /// Makes the signal of samples in the order of their numbers. `judge` makes those missing that are no measurement, in blocks of about
+    /// `block` samples, and returns whether they are too many to be filled.
     pub(super) fn of(
         samples: impl Iterator<Item = (i64, [f32; 3])> + Clone,
+        block: usize,
         judge: &mut impl FnMut(&mut Block) -> bool,
     ) -> Self {
         let first = samples.clone().next().map_or(0, |(number, _)| number);
@@ -92,30 +95,49 @@ impl Signal {
             values: std::array::from_fn(|_| vec![f32::NAN; length]),
             is_lost: Vec::new(),
         };
-        for (number, value) in samples {
+        for (number, value) in samples.filter(|(_, value)| value.iter().all(|own| own.is_finite()))
+        {
             let place = (number - first) as usize;
             (0..3).for_each(|axis| signal.values[axis][place] = value[axis]);
         }
-        signal.judge(judge);
+        signal.judge(block, judge);
         let is_lost = |place: usize| signal.values.iter().any(|own| !own[place].is_finite());
         signal.is_lost = (0..length).map(is_lost).collect();
         signal.fill();
         signal
     }
 
-    /// Makes samples missing that are no measurement, block by block.
-    fn judge(&mut self, judge: &mut impl FnMut(&mut Block) -> bool) {
+    /// Makes samples missing that are no measurement, in blocks of one length. Where they are too many, so is what lies between them.
+    fn judge(&mut self, block: usize, judge: &mut impl FnMut(&mut Block) -> bool) {
+        let samples = self.values[0].len();
+        let most = block.clamp(1, SAMPLES - 2 * BESIDE);
+        let length = samples.div_ceil(samples.div_ceil(most).max(1)).max(1);
         let mut block: Box<Block> = Box::default();
-        for first in (0..self.values[0].len()).step_by(BLOCK) {
-            for (own, values) in block.iter_mut().zip(&self.values) {
-                let end = values.len().min(first + BLOCK);
-                own.clear();
-                own.extend(values[first..end].iter().copied());
-            }
-            let are_many = judge(&mut block);
-            for (own, values) in block.iter().zip(&mut self.values) {
-                let judged = own.iter().map(|value| if are_many { f32::NAN } else { *value });
-                values[first..].iter_mut().zip(judged).for_each(|(value, judged)| *value = judged);
+        for first in (0..samples).step_by(length) {
+            let own = first.saturating_sub(BESIDE)..samples.min(first + length + BESIDE);
+            // Where many were found, others are sought once more beside them.
+            for _ in 0..2 {
+                for (judged, values) in block.iter_mut().zip(&self.values) {
+                    judged.clear();
+                    judged.extend(values[own.clone()].iter().copied());
+                }
+                let are_many = judge(&mut block);
+                let mut removed = None;
+                for (judged, values) in block.iter().zip(&mut self.values) {
+                    for (place, (value, judged)) in
+                        values[own.clone()].iter_mut().zip(judged).enumerate()
+                    {
+                        if judged.is_nan() && !value.is_nan() {
+                            *value = *judged;
+                            let (from, to) = removed.unwrap_or((place, place));
+                            removed = Some((place.min(from), place.max(to)));
+                        }
+                    }
+                }
+                let Some((from, to)) = removed.filter(|_| are_many) else { break };
+                for values in &mut self.values {
+                    values[own.clone()][from..=to].fill(f32::NAN);
+                }
             }
         }
     }
@@ -135,7 +157,7 @@ impl Signal {
                 continue;
             }
             for place in first..next {
-                for values in &mut self.values {
+                for values in self.values.iter_mut().filter(|values| !values[place].is_finite()) {
                     values[place] = lagrange(values, &nodes, place);
                 }
             }
@@ -206,7 +228,7 @@ mod tests {
             let t = number as f64 / rate_hz;
             [(wave(t) + also(t)) as f32, 1.0, 0.0]
         };
-        Signal::of(numbers.iter().map(|&number| (number, value(number))), &mut |_| false)
+        Signal::of(numbers.iter().map(|&number| (number, value(number))), 512, &mut |_| false)
     }
 
     /// Largest amplitude error over the amplitude, and largest phase error, rad, at 200 Hz of outputs at `rate_hz`.
@@ -246,6 +268,33 @@ mod tests {
                 "{own_hz} {rate_hz}: {amplitude:e} {phase:e}"
             );
         }
+    }
+
+    /// Few values that are left out are filled along their own axis; of many, nothing between them is known.
+    #[test]
+    fn what_is_left_out_costs_its_own_axis_and_its_own_time() {
+        let fast = |number: i64| (0.6 * PI * number as f64).sin() as f32;
+        let samples = (0..3000).map(|number| (number, [1.0, fast(number), 0.0]));
+        let kernel = Kernel::of(1.0);
+        let whole = Signal::of(samples.clone(), 1000, &mut |_| false);
+        let mut blocks = 0;
+        let few = Signal::of(samples.clone(), 1000, &mut |block| {
+            blocks += 1;
+            block[0][500] = f32::NAN;
+            false
+        });
+        assert_eq!(blocks, 3);
+        assert_eq!(few.at(500.0, &kernel), None);
+        assert_eq!(few.at(501.4, &kernel).unwrap()[1], whole.at(501.4, &kernel).unwrap()[1]);
+        let many = Signal::of(samples, 1000, &mut |block| {
+            let are_many = block[0][500].is_finite();
+            [500, 600].into_iter().for_each(|place| block[0][place] = f32::NAN);
+            are_many
+        });
+        let known = |from: i64, to: i64| {
+            (from..to).all(|number| many.at(number as f64 + 0.4, &kernel).is_some())
+        };
+        assert!(known(40, 460) && known(640, 1450) && many.at(550.4, &kernel).is_none());
     }
 
     /// 890 Hz at 500 Hz would be 110 Hz.
