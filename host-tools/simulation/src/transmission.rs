@@ -76,26 +76,32 @@ pub fn transmit(
     let acceleration_noise = quality.noise * sampling.acceleration_noise();
     let pose_every = (sampling.rate_hz / POSE_RATE_HZ).round().max(1.0) as usize;
 
+    let angles = |time_s: f64| {
+        let angle = |(joint, value)| Reading::Joint { index: joint as u8, value };
+        pose(time_s).into_iter().enumerate().map(angle).collect::<Vec<_>>()
+    };
+    // A frame may carry angles beside a sample.
+    let is_sampled = |frame: &Frame| signals.sensors_of(frame.id) != [false; 2];
+    let shares = signals.encode(&angles(0.0))?.iter().any(is_sampled);
     let mut bus = Bus { frames: Vec::new(), free_s: 0.0 };
     let (mut lost_force, mut lost_acceleration) = (0, 0);
     let samples = response.force.iter().zip(&response.acceleration);
     for (index, (force, acceleration)) in samples.enumerate() {
         let ready_s = index as f64 / sampling.rate_hz + LATENCY_S;
         let counter = first_counter.wrapping_add(index as u32) & mask;
-        // A frame may carry several of them.
         let force = Reading::Force { counter, value: noisy(force, force_noise, rng) };
         let acceleration =
             Reading::Acceleration { counter, value: noisy(acceleration, acceleration_noise, rng) };
-        let angle = |(joint, &value): (usize, &f64)| Reading::Joint { index: joint as u8, value };
-        let pose = pose(index as f64 / sampling.rate_hz);
-        let readings: Vec<Reading> =
-            [force, acceleration].into_iter().chain(pose.iter().enumerate().map(angle)).collect();
+        let mut readings = vec![force, acceleration];
+        if shares || index % pose_every == 0 {
+            readings.extend(angles(index as f64 / sampling.rate_hz));
+        }
         for frame in signals.encode(&readings)? {
-            let carries = signals.sensors_of(frame.id);
-            let is_sampled = carries != [false; 2];
+            let is_sampled = is_sampled(&frame);
             if is_sampled && happens(quality.drop, rng) {
-                lost_force += u64::from(carries[0]);
-                lost_acceleration += u64::from(carries[1]);
+                let [force, acceleration] = signals.sensors_of(frame.id);
+                lost_force += u64::from(force);
+                lost_acceleration += u64::from(acceleration);
             } else if is_sampled || index % pose_every == 0 {
                 bus.send(ready_s, frame);
             }
