@@ -25,7 +25,7 @@ const ROUNDS: usize = 6;
 /// Samples on each side from which the change of a signal near an edge is read.
 const NEARBY: usize = 32;
 /// Longest gap that is bridged, samples.
-pub(super) const MAX_GAP: usize = 2;
+pub const MAX_GAP: usize = 2;
 
 /// Result of bridging one signal.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

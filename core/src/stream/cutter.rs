@@ -1,5 +1,7 @@
 //! From aligned instants to records: where the stretch is cut, and what a record gets from it.
 
+use heapless::Vec;
+
 use super::align::{Aligned, Instant};
 use super::clock::Clock;
 use super::invalid::{Invalid, Validity};
@@ -145,22 +147,10 @@ impl<const N: usize> Cutter<'_, N> {
         let lost = [&record.force[0], &record.acceleration[0]]
             .map(|signal| signal.iter().filter(is_lost).count());
         let invalid = [
-            validity.judge_force(&mut record.force),
-            validity.judge_acceleration(&mut record.acceleration),
+            validity.remove_from_force(&mut slices(&mut record.force)),
+            validity.remove_from_acceleration(&mut slices(&mut record.acceleration)),
         ];
-        for (sensor, invalid) in invalid.iter().enumerate() {
-            for axis in 0..3 {
-                health.clipped[3 * sensor + axis] += invalid.clipped[axis] as u64;
-                health.held[3 * sensor + axis] += invalid.held[axis] as u64;
-                health.spikes[3 * sensor + axis] += invalid.spikes[axis] as u64;
-            }
-        }
-        let are_clipped = invalid.iter().any(|own| own.clipped_are_many);
-        let are_held = invalid.iter().any(|own| own.held_are_many);
-        let are_spiked = invalid.iter().any(|own| own.spikes_are_many);
-        health.refused_clipped += u64::from(are_clipped);
-        health.refused_held += u64::from(are_held);
-        health.spiked += u64::from(are_spiked && !are_clipped && !are_held);
+        health.count_invalid(&invalid);
         if invalid.iter().any(Invalid::are_many) {
             health.samples_discarded += samples as u64;
             return;
@@ -218,4 +208,8 @@ fn leave_out_absent<const N: usize>(record: &mut Record<N>, setup: &Setup) {
         record.acceleration_noise[axis] = f32::INFINITY;
         record.acceleration_noise_shape[axis] = NoiseShape::WHITE;
     }
+}
+
+fn slices<const N: usize>(signals: &mut [Vec<f32, N>; 3]) -> [&mut [f32]; 3] {
+    signals.each_mut().map(|signal| signal.as_mut_slice())
 }

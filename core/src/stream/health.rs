@@ -1,6 +1,7 @@
 //! Counts and measurements of a stream.
 
 use super::clock;
+use super::invalid::Invalid;
 use crate::MAX_JOINTS;
 
 /// Counts of the readings of one joint.
@@ -76,6 +77,36 @@ pub struct StreamHealth {
 }
 
 impl StreamHealth {
+    /// Counts the samples of the force and of the acceleration in a record that are no measurement, and the record where they are too many.
+    pub fn count_invalid(&mut self, invalid: &[Invalid; 2]) {
+        for (sensor, own) in invalid.iter().enumerate() {
+            for axis in 0..3 {
+                self.clipped[3 * sensor + axis] += own.clipped[axis] as u64;
+                self.held[3 * sensor + axis] += own.held[axis] as u64;
+                self.spikes[3 * sensor + axis] += own.spikes[axis] as u64;
+            }
+        }
+        let any = |are_many: fn(&Invalid) -> bool| u64::from(invalid.iter().any(are_many));
+        self.refused_clipped += any(|own| own.clipped_are_many);
+        self.refused_held += any(|own| own.held_are_many);
+        self.spiked += any(|own| own.spikes_are_many);
+    }
+
+    /// Adds what [`StreamHealth::count_invalid`] has counted elsewhere.
+    pub fn add_invalid(&mut self, other: &Self) {
+        let pairs = [
+            (&mut self.clipped, &other.clipped),
+            (&mut self.held, &other.held),
+            (&mut self.spikes, &other.spikes),
+        ];
+        for (own, other) in pairs {
+            own.iter_mut().zip(other).for_each(|(own, other)| *own += other);
+        }
+        self.refused_clipped += other.refused_clipped;
+        self.refused_held += other.refused_held;
+        self.spiked += other.spiked;
+    }
+
     /// True if `measured_rate_hz` is certain enough to be the rate of the records.
     pub fn measured_rate_is_used(&self) -> bool {
         f64::from(self.measured_rate_std_hz) <= clock::CRYSTAL * f64::from(self.measured_rate_hz)

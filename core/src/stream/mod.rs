@@ -23,6 +23,7 @@ use heapless::Vec;
 
 use align::{Aligned, Aligner, Channel, Frame};
 pub use align::{LATE_S, SILENCE_S};
+pub use bridge::MAX_GAP;
 use clock::Clock;
 pub use clock::{SET_BACK_S, STRAYS_S};
 pub use config::{AngleSignal, StreamConfig, StreamError};
@@ -34,6 +35,7 @@ pub use pose::STATIC;
 pub use record::Record;
 pub use sender::CYCLE_S;
 pub use setup::Setup;
+pub use spikes::SPIKE_CONTEXT;
 use stretch::Stretch;
 
 use crate::MAX_JOINTS;

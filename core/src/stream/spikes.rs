@@ -20,6 +20,8 @@ const REACH: usize = SIXTH.len() / 2;
 const SQUARES: f32 = 924.0;
 /// Samples over which the usual size of the differences is read: a twentieth of a second at 2 kHz, several teeth.
 const BLOCK: usize = 128;
+/// Samples on each side of a part of a signal that tell its spikes as the whole signal does.
+pub const SPIKE_CONTEXT: usize = BLOCK + 2 * REACH;
 /// Median of the absolute value of normal noise, in its standard deviations.
 const MEDIAN: f32 = 0.6745;
 /// Least height of a spike, in standard deviations of what the differences say of a single sample. Normal noise exceeds it once in 10²³.
@@ -34,13 +36,13 @@ const TOOTH: f32 = 0.1;
 const MANY: usize = 200;
 
 /// Makes the spikes of the three axes of a sensor missing (NaN). Returns how many each axis has. `step` is the smallest step of the signals.
-pub(super) fn remove<const N: usize>(signals: &mut [Vec<f32, N>; 3], step: f32) -> [usize; 3] {
+pub(super) fn remove(signals: &mut [&mut [f32]; 3], step: f32) -> [usize; 3] {
     let mut counts = [0; 3];
     let samples = signals[0].len();
     for first in (0..samples).step_by(BLOCK) {
-        let usual: [f32; 3] = core::array::from_fn(|axis| usual(&signals[axis], first).max(step));
+        let usual: [f32; 3] = core::array::from_fn(|axis| usual(signals[axis], first).max(step));
         for sample in first..(first + BLOCK).min(samples) {
-            let heights: [f32; 3] = core::array::from_fn(|axis| height(&signals[axis], sample));
+            let heights: [f32; 3] = core::array::from_fn(|axis| height(signals[axis], sample));
             // What is NaN is missing already.
             let largest =
                 heights.iter().fold(0.0, |largest: f32, height| largest.max(height.abs()));
@@ -49,7 +51,7 @@ pub(super) fn remove<const N: usize>(signals: &mut [Vec<f32, N>; 3], step: f32) 
             let mut high = (0..3).filter(is_high);
             let (Some(axis), None) = (high.next(), high.next()) else { continue };
             let is_spike = heights[axis].abs() > HIGH * usual[axis];
-            if is_spike && is_single(&signals[axis], sample, usual[axis]) {
+            if is_spike && is_single(signals[axis], sample, usual[axis]) {
                 signals[axis][sample] = f32::NAN;
                 counts[axis] += 1;
             }
@@ -108,6 +110,10 @@ mod tests {
 
     const SAMPLES: usize = 4096;
 
+    fn remove_from(signals: &mut [Vec<f32, SAMPLES>; 3], step: f32) -> [usize; 3] {
+        remove(&mut signals.each_mut().map(|signal| signal.as_mut_slice()), step)
+    }
+
     struct Noises(u32);
 
     impl Noises {
@@ -141,11 +147,11 @@ mod tests {
     fn a_spike_is_made_missing_and_nothing_else() {
         for seed in 1..20 {
             let mut signals = cut(seed);
-            assert_eq!(remove(&mut signals, 1e-3), [0; 3], "{seed}");
+            assert_eq!(remove_from(&mut signals, 1e-3), [0; 3], "{seed}");
             signals[0][700] += 0.5;
             signals[0][3000] -= 20.0;
             signals[2][3100] += 2.0;
-            assert_eq!(remove(&mut signals, 1e-3), [2, 0, 1], "{seed}");
+            assert_eq!(remove_from(&mut signals, 1e-3), [2, 0, 1], "{seed}");
             for (axis, sample) in [(0, 700), (0, 3000), (2, 3100)] {
                 assert!(signals[axis][sample].is_nan(), "{seed}: {axis} {sample}");
             }
@@ -167,12 +173,12 @@ mod tests {
         for (number, change) in changes.into_iter().enumerate() {
             let mut signals = cut(3);
             signals[1].iter_mut().enumerate().for_each(|(n, value)| *value += change(n));
-            assert_eq!(remove(&mut signals, 1e-3), [0; 3], "change {number}");
+            assert_eq!(remove_from(&mut signals, 1e-3), [0; 3], "change {number}");
         }
         // The same sample of all axes.
         let mut signals = cut(4);
         signals.iter_mut().for_each(|signal| signal[2000] += 5.0);
-        assert_eq!(remove(&mut signals, 1e-3), [0; 3]);
+        assert_eq!(remove_from(&mut signals, 1e-3), [0; 3]);
     }
 
     /// Each tooth strikes all axes, harder than is usual between the strikes.
@@ -184,10 +190,10 @@ mod tests {
             for strike in (2000..SAMPLES).step_by(apart) {
                 signals.iter_mut().for_each(|signal| signal[strike] += 0.4);
             }
-            assert_eq!(remove(&mut signals, 1e-3), [0; 3], "{seed}");
+            assert_eq!(remove_from(&mut signals, 1e-3), [0; 3], "{seed}");
             signals[1][2000 + 10 * apart] += 20.0;
             signals[1][2000 + 11 * apart] -= 20.0;
-            assert_eq!(remove(&mut signals, 1e-3), [0, 2, 0], "{seed}");
+            assert_eq!(remove_from(&mut signals, 1e-3), [0, 2, 0], "{seed}");
         }
     }
 
@@ -196,7 +202,7 @@ mod tests {
         for (every, many) in [(300, false), (150, true), (50, true), (30, true)] {
             let mut signals = cut(5);
             (10..SAMPLES - 10).step_by(every).for_each(|sample| signals[1][sample] += 9.0);
-            let spikes = remove(&mut signals, 1e-3);
+            let spikes = remove_from(&mut signals, 1e-3);
             assert_eq!(are_many(&spikes, SAMPLES), many, "one in {every}");
         }
     }
@@ -207,6 +213,6 @@ mod tests {
         let mut signals = cut(6);
         signals.iter_mut().for_each(|signal| signal[1000..1002].fill(f32::NAN));
         signals[1][1010] += 9.0;
-        assert_eq!(remove(&mut signals, 1e-3), [0, 1, 0]);
+        assert_eq!(remove_from(&mut signals, 1e-3), [0, 1, 0]);
     }
 }

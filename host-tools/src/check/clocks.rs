@@ -15,10 +15,6 @@ pub(super) fn judge(survey: &Survey) -> Option<Finding> {
             let mend = "state the rate of the slower sensor as [measurement] rate_hz; a faster one is filtered";
             Finding::new(Doubtful, ABOUT, found.to_string(), mend)
         }
-        Ok(found) if found.has_invalid() => {
-            let mend = "widen the range of the sensor; check wiring, shield and supply";
-            Finding::new(Doubtful, ABOUT, found.to_string(), mend)
-        }
         Ok(found) => Finding::new(Right, ABOUT, found.to_string(), ""),
     })
 }

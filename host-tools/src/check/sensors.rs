@@ -34,7 +34,6 @@ pub(super) fn judge(survey: &Survey) -> Vec<Finding> {
     }
     if findings.iter().all(|finding| finding.severity == Severity::Right)
         && survey.usable().next().is_some()
-        && !matches!(&survey.clocks, Some(Ok(found)) if found.has_invalid())
     {
         let finding = "no axis is stuck, clipped or repeated, and no sample is a spike";
         findings.push(Finding::right(ABOUT, finding));

@@ -6,8 +6,6 @@
 //! steps make flat. A sensor stays where it is while it rests, too: samples count only while another axis moves, and no end counts that is
 //! the force at rest.
 
-use heapless::Vec;
-
 use super::motion::Motion;
 use super::{Rest, beyond_chance, other_moves};
 
@@ -15,8 +13,8 @@ use super::{Rest, beyond_chance, other_moves};
 const NEAR_END: f32 = 0.025;
 
 /// Makes the clipped samples of the axes missing (NaN). Returns how many each axis has.
-pub(super) fn remove<const N: usize>(
-    signals: &mut [Vec<f32, N>; 3],
+pub(super) fn remove(
+    signals: &mut [&mut [f32]; 3],
     motions: &[Motion; 3],
     rest: &Rest,
 ) -> [usize; 3] {
@@ -26,8 +24,8 @@ pub(super) fn remove<const N: usize>(
 }
 
 /// Makes those at one end of the range of one axis missing: the upper one if `sign` is 1, the lower one if it is −1.
-fn remove_end<const N: usize>(
-    signals: &mut [Vec<f32, N>; 3],
+fn remove_end(
+    signals: &mut [&mut [f32]; 3],
     motions: &[Motion; 3],
     rest: &Rest,
     axis: usize,

@@ -8,8 +8,6 @@
 
 use core::ops::Range;
 
-use heapless::Vec;
-
 use super::motion::Motion;
 use super::{Rest, beyond_chance, other_moves};
 
@@ -17,8 +15,8 @@ use super::{Rest, beyond_chance, other_moves};
 const ZEROS: f32 = 1.0 / 3.0;
 
 /// Makes the held samples of the axes missing (NaN). Returns how many each axis has.
-pub(super) fn remove<const N: usize>(
-    signals: &mut [Vec<f32, N>; 3],
+pub(super) fn remove(
+    signals: &mut [&mut [f32]; 3],
     motions: &[Motion; 3],
     rest: &Rest,
 ) -> [usize; 3] {
@@ -27,8 +25,8 @@ pub(super) fn remove<const N: usize>(
 }
 
 /// Makes the samples missing where only one axis holds.
-fn remove_of_one<const N: usize>(
-    signals: &mut [Vec<f32, N>; 3],
+fn remove_of_one(
+    signals: &mut [&mut [f32]; 3],
     motions: &[Motion; 3],
     rest: &Rest,
     axis: usize,
@@ -37,17 +35,17 @@ fn remove_of_one<const N: usize>(
     if !motion.moves() {
         return 0;
     }
-    let holds = |signals: &[Vec<f32, N>; 3], run: &Range<usize>| {
+    let holds = |signals: &[&mut [f32]; 3], run: &Range<usize>| {
         let while_others_move = run
             .clone()
             .skip(1)
             .filter(|&sample| other_moves(signals, motions, axis, sample))
             .count();
         let moves = !rest.is_at(axis, signals[axis][run.start])
-            && motion.moves_beside(&signals[axis], run.start, run.end);
+            && motion.moves_beside(signals[axis], run.start, run.end);
         if moves { while_others_move } else { 0 }
     };
-    let equal = |signals: &[Vec<f32, N>; 3], sample: usize| {
+    let equal = |signals: &[&mut [f32]; 3], sample: usize| {
         signals[axis][sample] == signals[axis][sample - 1]
     };
     let (mut zeros, mut small) = (0, 0);
@@ -77,24 +75,20 @@ fn remove_of_one<const N: usize>(
 }
 
 /// Makes the samples missing where all axes hold at once.
-fn remove_of_all<const N: usize>(
-    signals: &mut [Vec<f32, N>; 3],
-    motions: &[Motion; 3],
-    rest: &Rest,
-) -> usize {
+fn remove_of_all(signals: &mut [&mut [f32]; 3], motions: &[Motion; 3], rest: &Rest) -> usize {
     let moving = motions.iter().filter(|motion| motion.moves()).count();
     if moving == 0 {
         return 0;
     }
     let samples = signals[0].len();
-    let equal = |signals: &[Vec<f32, N>; 3], sample: usize| {
+    let equal = |signals: &[&mut [f32]; 3], sample: usize| {
         signals.iter().all(|signal| signal[sample] == signal[sample - 1])
     };
-    let moves_beside = |signals: &[Vec<f32, N>; 3], run: &Range<usize>| {
+    let moves_beside = |signals: &[&mut [f32]; 3], run: &Range<usize>| {
         let mut axes = signals.iter().zip(motions).filter(|(_, motion)| motion.moves());
         axes.any(|(signal, motion)| motion.moves_beside(signal, run.start, run.end))
     };
-    let holds = |signals: &[Vec<f32, N>; 3], run: &Range<usize>| {
+    let holds = |signals: &[&mut [f32]; 3], run: &Range<usize>| {
         let rests = (0..3).all(|axis| rest.is_at(axis, signals[axis][run.start]));
         !rests && moves_beside(signals, run)
     };

@@ -6,8 +6,6 @@ mod clipped;
 mod held;
 mod motion;
 
-use heapless::Vec;
-
 use super::bridge::MAX_GAP;
 use super::spikes;
 use motion::{BLOCK, Motion};
@@ -41,20 +39,6 @@ impl Invalid {
     pub fn are_many(&self) -> bool {
         self.clipped_are_many || self.held_are_many || self.spikes_are_many
     }
-
-    /// Makes the spikes missing, too. `step` is the smallest step of the signals.
-    fn with_spikes<const N: usize>(mut self, signals: &mut [Vec<f32, N>; 3], step: f32) -> Self {
-        if !self.are_many() {
-            self.spikes = spikes::remove(signals, step);
-            self.spikes_are_many = spikes::are_many(&self.spikes, signals[0].len());
-        }
-        self
-    }
-
-    /// Number of the samples of all axes.
-    pub fn samples(&self) -> usize {
-        [self.clipped, self.held, self.spikes].iter().flatten().sum()
-    }
 }
 
 /// Least and largest value of each axis at rest.
@@ -65,20 +49,19 @@ impl Rest {
     /// Nothing is at rest.
     const NONE: Self = Self([[f32::NAN; 2]; 3]);
 
-    /// The range of the start of a record, if it is there and no axis moves clearly.
-    fn of<const N: usize>(signals: &[Vec<f32, N>; 3], motions: &[Motion; 3]) -> Option<Self> {
-        let start = BLOCK;
-        let is_there = |signal: &Vec<f32, N>| {
-            let start = signal.get(..start).unwrap_or_default();
-            2 * start.iter().filter(|value| value.is_finite()).count() >= BLOCK
+    /// The range of the start of a record. `None` where an axis moves clearly, or where too few samples follow each other to tell.
+    fn of(signals: &[&mut [f32]; 3], motions: &[Motion; 3]) -> Option<Self> {
+        let is_shown = |signal: &&mut [f32]| {
+            let pairs = signal.get(..BLOCK).unwrap_or_default().windows(2);
+            2 * pairs.filter(|pair| pair.iter().all(|value| value.is_finite())).count() >= BLOCK
         };
-        if !signals.iter().all(is_there) {
+        if !signals.iter().all(is_shown) {
             return None;
         }
         let moves =
-            |axis: usize| (1..start).any(|sample| motions[axis].is_clear(&signals[axis], sample));
+            |axis: usize| (1..BLOCK).any(|sample| motions[axis].is_clear(signals[axis], sample));
         let range = |axis: usize| {
-            let values = || signals[axis][..start].iter().copied();
+            let values = || signals[axis][..BLOCK].iter().copied();
             let margin = motions[axis].small();
             [values().fold(f32::NAN, f32::min) - margin, values().fold(f32::NAN, f32::max) + margin]
         };
@@ -108,53 +91,63 @@ impl Validity {
         Self { steps, rest: None, motions: [Motion::none(steps[1]); 3] }
     }
 
-    /// Makes the clipped, held and spiked samples of a record's force missing (NaN), N.
-    pub fn judge_force<const N: usize>(&mut self, signals: &mut [Vec<f32, N>; 3]) -> Invalid {
-        let invalid = self.remove_of_force(signals);
-        invalid.with_spikes(signals, self.steps[0])
+    /// Makes the clipped, held and spiked samples of the force in a record missing (NaN), N. A force whose rest is not known is judged by its spikes
+    /// alone.
+    pub fn remove_from_force(&mut self, signals: &mut [&mut [f32]; 3]) -> Invalid {
+        let (motions, rest) = self.of_force(signals);
+        remove(signals, &motions, rest, self.steps[0])
     }
 
-    /// Makes those of a record's acceleration missing, m/s².
-    pub fn judge_acceleration<const N: usize>(
-        &mut self,
-        signals: &mut [Vec<f32, N>; 3],
-    ) -> Invalid {
-        let invalid = self.remove_of_acceleration(signals);
-        invalid.with_spikes(signals, self.steps[1])
+    /// Makes the clipped, held and spiked samples of the acceleration in a record missing (NaN), m/s². It does not rest in a cut.
+    pub fn remove_from_acceleration(&mut self, signals: &mut [&mut [f32]; 3]) -> Invalid {
+        let motions = self.of_acceleration(signals);
+        remove(signals, &motions, Some(Rest::NONE), self.steps[1])
     }
 
-    /// Makes the clipped and held samples of the force missing (NaN). A force whose rest is not known is not judged.
-    fn remove_of_force<const N: usize>(&mut self, signals: &mut [Vec<f32, N>; 3]) -> Invalid {
+    fn of_force(&mut self, signals: &[&mut [f32]; 3]) -> ([Motion; 3], Option<Rest>) {
         let motions = signals.each_ref().map(|signal| Motion::of(signal, self.steps[0]));
         self.rest = Rest::of(signals, &motions).or(self.rest);
-        self.rest.map_or(Invalid::default(), |rest| remove(signals, &motions, &rest))
+        (motions, self.rest)
     }
 
-    /// Makes those of the acceleration missing, which does not rest in a cut. An axis that moves in earlier records, and not in this one, is stuck
-    /// if the others move as they did.
-    fn remove_of_acceleration<const N: usize>(
-        &mut self,
-        signals: &mut [Vec<f32, N>; 3],
-    ) -> Invalid {
+    /// Returns the motion of the axes. An axis that moves in earlier records, and not in this one, is stuck if the others move as they did: it has its
+    /// earlier motion.
+    fn of_acceleration(&mut self, signals: &[&mut [f32]; 3]) -> [Motion; 3] {
         let own = signals.each_ref().map(|signal| Motion::of(signal, self.steps[1]));
         if own.iter().all(Motion::moves) {
             self.motions = own;
         }
-        let motions = core::array::from_fn(|axis| {
+        core::array::from_fn(|axis| {
             let mut others = (0..3).filter(|&other| other != axis);
             let as_before = others.all(|other| own[other].is_like(&self.motions[other]));
             let has_stopped = self.motions[axis].moves() && !own[axis].moves();
             if as_before && has_stopped { self.motions[axis] } else { own[axis] }
-        });
-        remove(signals, &motions, &Rest::NONE)
+        })
     }
 }
 
-fn remove<const N: usize>(
-    signals: &mut [Vec<f32, N>; 3],
+/// Makes clipped and held samples missing, and spikes where these are few.
+fn remove(
+    signals: &mut [&mut [f32]; 3],
     motions: &[Motion; 3],
-    rest: &Rest,
+    rest: Option<Rest>,
+    step: f32,
 ) -> Invalid {
+    let mut invalid = remove_clipped_and_held(signals, motions, rest);
+    if !invalid.are_many() {
+        invalid.spikes = spikes::remove(signals, step);
+        invalid.spikes_are_many = spikes::are_many(&invalid.spikes, signals[0].len());
+    }
+    invalid
+}
+
+/// Makes clipped and held samples missing, if it is known where the sensor is at rest.
+fn remove_clipped_and_held(
+    signals: &mut [&mut [f32]; 3],
+    motions: &[Motion; 3],
+    rest: Option<Rest>,
+) -> Invalid {
+    let Some(rest) = &rest else { return Invalid::default() };
     let mut invalid = Invalid::default();
     let before = signals.each_ref().map(|signal| longest_gap(signal));
     invalid.clipped = clipped::remove(signals, motions, rest);
@@ -166,13 +159,9 @@ fn remove<const N: usize>(
 }
 
 /// Returns whether the samples that were made missing are too many to be bridged.
-fn are_many<const N: usize>(
-    signals: &[Vec<f32, N>; 3],
-    counts: &[usize; 3],
-    before: &[usize; 3],
-) -> bool {
+fn are_many(signals: &[&mut [f32]; 3], counts: &[usize; 3], before: &[usize; 3]) -> bool {
     (0..3).any(|axis| {
-        let gap = longest_gap(&signals[axis]);
+        let gap = longest_gap(signals[axis]);
         counts[axis] * MANY > signals[axis].len() || (gap > MAX_GAP && gap > before[axis])
     })
 }
@@ -188,14 +177,14 @@ fn longest_gap(signal: &[f32]) -> usize {
 }
 
 /// Returns whether another axis of the sensor moves clearly from the sample before to this one.
-fn other_moves<const N: usize>(
-    signals: &[Vec<f32, N>; 3],
+fn other_moves(
+    signals: &[&mut [f32]; 3],
     motions: &[Motion; 3],
     axis: usize,
     sample: usize,
 ) -> bool {
     let mut others = (0..3).filter(|&other| other != axis);
-    others.any(|other| motions[other].is_clear(&signals[other], sample))
+    others.any(|other| motions[other].is_clear(signals[other], sample))
 }
 
 /// Returns whether so many hits `of` all cases are more than chance explains that makes a `share` of hits, by Chernoff's bound on the tail of the

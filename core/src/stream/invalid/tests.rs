@@ -1,3 +1,5 @@
+use heapless::Vec;
+
 use super::*;
 
 const SAMPLES: usize = 8192;
@@ -39,12 +41,21 @@ fn cut(seed: u32, noise: f32, step: f32) -> [Vec<f32, SAMPLES>; 3] {
     })
 }
 
-fn of_force(signals: &mut [Vec<f32, SAMPLES>; 3]) -> Invalid {
-    Validity::new([STEP; 2]).remove_of_force(signals)
+fn slices(signals: &mut [Vec<f32, SAMPLES>; 3]) -> [&mut [f32]; 3] {
+    signals.each_mut().map(|signal| signal.as_mut_slice())
 }
 
-fn of_acceleration(signals: &mut [Vec<f32, SAMPLES>; 3]) -> Invalid {
-    Validity::new([STEP; 2]).remove_of_acceleration(signals)
+/// Clipped and held ones: these signals are too sharp for spikes to be told.
+fn of_force(signals: &mut [Vec<f32, SAMPLES>; 3]) -> Invalid {
+    let mut signals = slices(signals);
+    let (motions, rest) = Validity::new([STEP; 2]).of_force(&signals);
+    remove_clipped_and_held(&mut signals, &motions, rest)
+}
+
+fn of_acceleration(validity: &mut Validity, signals: &mut [Vec<f32, SAMPLES>; 3]) -> Invalid {
+    let mut signals = slices(signals);
+    let motions = validity.of_acceleration(&signals);
+    remove_clipped_and_held(&mut signals, &motions, Some(Rest::NONE))
 }
 
 #[test]
@@ -83,7 +94,7 @@ fn slow_tones_stay() {
                         .map(|n| rounded(tone(n) + noise * noises.next(), STEP))
                         .collect::<Vec<f32, SAMPLES>>()
                 });
-                let invalid = of_acceleration(&mut signals);
+                let invalid = of_acceleration(&mut Validity::new([STEP; 2]), &mut signals);
                 assert_eq!(invalid, Invalid::default(), "{size} {turn} {noise}");
             }
         }
@@ -113,9 +124,38 @@ fn one_clipped_sample_in_195_is_many() {
     });
     signals[2].iter_mut().skip(100).step_by(400).for_each(|value| *value = -80.0);
     signals[2].iter_mut().skip(101).step_by(400).for_each(|value| *value = -80.0);
-    let invalid = of_acceleration(&mut signals);
+    let invalid = of_acceleration(&mut Validity::new([STEP; 2]), &mut signals);
     assert_eq!((invalid.clipped, invalid.held), ([0, 0, 42], [0; 3]));
     assert!(invalid.clipped_are_many, "one in 195");
+}
+
+/// Many clipped samples look like spikes to each other: none is counted twice.
+#[test]
+fn spikes_are_sought_where_little_is_clipped() {
+    for (limit, are_many) in [(49.99, false), (45.0, true)] {
+        let mut noises = Noises(3);
+        let mut signals: [Vec<f32, SAMPLES>; 3] = core::array::from_fn(|axis| {
+            let tone = |n: usize| 50.0 * libm::sinf(0.1 * n as f32 + axis as f32);
+            (0..SAMPLES).map(|n| rounded(tone(n) + 0.1 * noises.next(), STEP)).collect()
+        });
+        signals[1].iter_mut().for_each(|value| *value = value.min(limit));
+        signals[2][3000] += 20.0;
+        let invalid = Validity::new([STEP; 2]).remove_from_acceleration(&mut slices(&mut signals));
+        assert_eq!(invalid.are_many(), are_many, "{invalid:?}");
+        assert_eq!(invalid.spikes[2], usize::from(!are_many), "{invalid:?}");
+    }
+}
+
+/// A cut of which every second sample is missing shows no rest at its start.
+#[test]
+fn a_start_without_neighbours_is_no_rest() {
+    let mut signals = cut(2, 0.16, STEP).map(|signal| {
+        let cut = &signal[SAMPLES / 4..];
+        let value = |n: usize| if n % 2 == 0 { cut[n] } else { f32::NAN };
+        (0..cut.len()).map(value).collect()
+    });
+    let motions = [Motion::none(STEP); 3];
+    assert_eq!(Rest::of(&slices(&mut signals), &motions), None);
 }
 
 #[test]
@@ -134,16 +174,16 @@ fn an_axis_that_is_stuck_for_a_whole_record_is_held() {
     let mut earlier = Validity::new([STEP; 2]);
     let mut stuck = cut(5, 0.16, STEP);
     stuck[2].fill(1.5);
-    assert_eq!(earlier.remove_of_acceleration(&mut stuck.clone()), Invalid::default());
-    assert_eq!(earlier.remove_of_acceleration(&mut cut(6, 0.16, STEP)), Invalid::default());
-    let invalid = earlier.remove_of_acceleration(&mut stuck.clone());
+    assert_eq!(of_acceleration(&mut earlier, &mut stuck.clone()), Invalid::default());
+    assert_eq!(of_acceleration(&mut earlier, &mut cut(6, 0.16, STEP)), Invalid::default());
+    let invalid = of_acceleration(&mut earlier, &mut stuck.clone());
     assert_eq!(invalid.held, [0, 0, SAMPLES - 1]);
     assert!(invalid.held_are_many);
     // A cut that hardly moves the others may leave this one at rest.
     for signal in &mut stuck[..2] {
         signal.iter_mut().for_each(|value| *value = rounded(0.1 * *value, STEP));
     }
-    assert_eq!(earlier.remove_of_acceleration(&mut stuck), Invalid::default());
+    assert_eq!(of_acceleration(&mut earlier, &mut stuck), Invalid::default());
 }
 
 #[test]

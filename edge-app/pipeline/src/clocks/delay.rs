@@ -11,10 +11,10 @@
 //! as coherent with each other as milling makes them. Groups of bins have the weight that the scatter of a complex matrix leaves, which is
 //! that of their coherence (Hannan and Thomson, Estimating group delay, 1973), with an error of the model beside it.
 //!
-//! What modes near and in the band leave is part of the deviation: on eight robots drawn from the bounds of the reference scenario the
-//! errors were -35 to 10 µs, 18 µs in the mean square (simulated). Without D and K they were -77 to -206 µs.
+//! Modes beyond the band leave a part of the acceleration unexplained, which may have any phase: half of its power turns the phase of the mass. With
+//! the share s that is explained, the delay is off by √((1 − s) / 2s) / ω in the mean square.
 
-use std::f64::consts::TAU;
+use std::f64::consts::{PI, TAU};
 
 use flexid_core::spectrum::fft;
 use nalgebra::{Complex, Matrix3, Rotation3, SMatrix, SVector, Vector3};
@@ -44,7 +44,7 @@ pub(super) struct Settings {
 pub struct Delay {
     /// Time by which the stamps of the acceleration are later than those of the force at the same instant, s.
     pub delay_s: f64,
-    /// Standard deviation, with the error that modes leave, s.
+    /// Standard deviation, with the error that modes beyond the band leave, s.
     pub std_s: f64,
     /// Standard deviation from piece to piece, beside that from axis to axis, s.
     pub spread_s: f64,
@@ -75,8 +75,6 @@ const OF_MODEL: f64 = 0.05;
 const AS_LIKELY: f64 = 0.9;
 /// Least part of the acceleration that a mass must explain. Nine real numbers explain less than half of ten groups and more by accident.
 const EXPLAINED: f64 = 0.5;
-/// Error that modes leave, s (see above).
-const BIAS_S: f64 = 20e-6;
 /// Most missing values of a piece, over all: they are held.
 const MISSING: f64 = 0.02;
 
@@ -209,11 +207,12 @@ pub(super) fn delay(
     };
     let middles = [0, 1, 2].map(middle);
     let among = each.iter().map(|(own, delay_s)| delay_s - middles[own.axis]);
+    let of_modes_s = ((1.0 - share) / (2.0 * share)).sqrt() / (PI * (lowest_hz + highest_hz));
     let mut counted: Vec<usize> = curves.iter().map(|own| own.piece).collect();
     counted.dedup();
     Ok(Delay {
         delay_s,
-        std_s: (scatter / each.len().max(1) as f64 + BIAS_S * BIAS_S).sqrt(),
+        std_s: (scatter / each.len().max(1) as f64).sqrt().hypot(of_modes_s),
         spread_s: mean_square(&mut among.clone(), each.len().saturating_sub(3)).sqrt(),
         pieces: counted.len(),
         share,

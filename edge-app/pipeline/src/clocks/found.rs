@@ -35,9 +35,6 @@ pub struct FoundClock {
     pub late: u64,
     /// Number of instants within the runs whose frame is missing.
     pub lost: u64,
-    /// Number of samples of axes that are left out as no measurement: clipped, held or spiked ones. Those of the slower sensor are told behind,
-    /// record by record.
-    pub invalid: u64,
     /// Number of runs: a pause, a counter that begins anew, or a clock that is set begins another.
     pub runs: usize,
 }
@@ -66,7 +63,7 @@ impl fmt::Display for Untold {
 
 impl fmt::Display for FoundClock {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { rate_hz, ppm, ppm_std, frames, late, lost, invalid, runs } = self;
+        let Self { rate_hz, ppm, ppm_std, frames, late, lost, runs } = self;
         if ppm.abs() > QUARTZ_PPM {
             write!(
                 f,
@@ -78,9 +75,6 @@ impl fmt::Display for FoundClock {
         }
         let part = |count: u64| 100.0 * count as f64 / (*frames).max(1) as f64;
         write!(f, ", {:.2} % late, {lost} lost", part(*late))?;
-        if *invalid > 0 {
-            write!(f, ", {invalid} clipped, held or spiked")?;
-        }
         if *runs > 1 { write!(f, ", {runs} runs") } else { Ok(()) }
     }
 }
@@ -105,6 +99,11 @@ impl fmt::Display for FoundClocks {
 }
 
 impl FoundClocks {
+    /// Returns the number of frames of both sensors that are missing.
+    pub(crate) fn lost(&self) -> u64 {
+        self.sensors.iter().map(|own| own.lost).sum()
+    }
+
     /// Returns accuracies that are wide enough for what the clocks leave unknown, beside what is `typical` without them. A delay that a fit seeks
     /// has a prior of its own.
     pub(crate) fn widen(
@@ -125,11 +124,6 @@ impl FoundClocks {
             record_delay: wider(own.record_delay, typical.record_delay, self.record_delay_std_s),
             ..*own
         }
-    }
-
-    /// Returns whether samples were left out as no measurement.
-    pub fn has_invalid(&self) -> bool {
-        self.sensors.iter().any(|own| own.invalid > 0)
     }
 
     /// Returns whether the rate of the slower sensor differs from the configured one by more than any quartz.

@@ -2,14 +2,15 @@
 
 use std::f64::consts::TAU;
 
-use flexid_core::stream::Validity;
+use flexid_core::stream::{Invalid, StreamHealth, Validity};
 
 use super::delay::Delay;
 use super::found::{FoundClock, FoundClocks, NAMES, Untold};
 use super::kept::{Expected, Kept, Part};
+use super::kernel::Kernel;
 use super::line::{Frame, Line};
 use super::number::Numbered;
-use super::resample::{Block, Kernel, Signal};
+use super::signal::Signal;
 
 /// The lines of both sensors.
 pub(super) struct Lines {
@@ -20,8 +21,8 @@ pub(super) struct Lines {
     /// The other one's signal, by its runs.
     signals: Vec<Signal>,
     kernel: Kernel,
-    /// Number of its samples that are no measurement.
-    pub(super) invalid: u64,
+    /// Samples of the other sensor that are no measurement, and blocks that have too many.
+    pub(super) judged: StreamHealth,
     /// The part of each run.
     pub(super) parts: [Vec<usize>; 2],
 }
@@ -52,10 +53,10 @@ impl Lines {
         let base = usize::from(lines[1].period_s > SLOWER * lines[0].period_s);
         let ratio = lines[base].period_s / lines[1 - base].period_s;
         let block = ratio * kept.expected.record_samples as f64;
-        let (signals, invalid) = signals(kept, &numbered[1 - base], 1 - base, block as usize);
+        let (signals, judged) = signals(kept, &numbered[1 - base], 1 - base, block as usize);
         let kernel = Kernel::of(ratio);
         let parts = [0, 1].map(|sensor| parts_of_runs(&kept.parts, &numbered[sensor], sensor));
-        Ok(Self { numbered, lines, base, signals, kernel, invalid, parts })
+        Ok(Self { numbered, lines, base, signals, kernel, judged, parts })
     }
 
     /// Frames of a run of the base from a number on, each with its sample.
@@ -118,7 +119,6 @@ impl Lines {
                 frames,
                 late: line.late,
                 lost: (instants.max(0) as u64).saturating_sub(frames),
-                invalid: if sensor == self.base { 0 } else { self.invalid },
                 runs: line.runs.len(),
             }
         });
@@ -180,18 +180,24 @@ fn line(kept: &Kept, numbered: &[Numbered; 2], sensor: usize) -> Result<Line, Un
     Ok(line)
 }
 
-/// Returns the signal of a sensor by its runs, and the number of samples of axes that are no measurement. They are judged here, since a
-/// sample that is taken between two others shows no more that one of them was clipped, in blocks as long as a record.
-fn signals(kept: &Kept, numbered: &Numbered, sensor: usize, block: usize) -> (Vec<Signal>, u64) {
+/// Returns the signal of a sensor by its runs, and the counts of its samples that are no measurement. These are judged here, since a sample that is
+/// taken between two others does not show that one of them was clipped. A block is no longer than a record.
+fn signals(
+    kept: &Kept,
+    numbered: &Numbered,
+    sensor: usize,
+    block: usize,
+) -> (Vec<Signal>, StreamHealth) {
     let mut validity = Validity::new(kept.expected.steps);
-    let mut invalid = 0;
-    let mut judge = |block: &mut Block| {
-        let own = match sensor {
-            0 => validity.judge_force(block),
-            _ => validity.judge_acceleration(block),
+    let mut judged = StreamHealth::default();
+    let mut judge = |block: &mut [&mut [f32]; 3]| {
+        let mut invalid = [Invalid::default(); 2];
+        invalid[sensor] = match sensor {
+            0 => validity.remove_from_force(block),
+            _ => validity.remove_from_acceleration(block),
         };
-        invalid += own.samples() as u64;
-        own.are_many()
+        judged.count_invalid(&invalid);
+        invalid[sensor].are_many()
     };
     let mut samples = &numbered.samples[..];
     let mut signals = Vec::new();
@@ -202,7 +208,7 @@ fn signals(kept: &Kept, numbered: &Numbered, sensor: usize, block: usize) -> (Ve
             |(frame, &sample): (&Frame, &usize)| (frame.number, kept.sensors[sensor][sample].value);
         signals.push(Signal::of(run.iter().zip(own).map(value), block, &mut judge));
     }
-    (signals, invalid)
+    (signals, judged)
 }
 
 /// Returns the part of each run.

@@ -6,7 +6,8 @@
 //! | `line`     | the clock of one sensor: a line through its earliest arrivals      |
 //! | `delay`    | the delay between both, by the phase of a mass                     |
 //! | `lines`    | both clocks, and the samples of one at the instants of the other   |
-//! | `resample` | a signal at other instants                                         |
+//! | `signal`   | the signal of a sensor at any instant                              |
+//! | `kernel`   | the windowed sinc                                                  |
 //! | `kept`     | the readings, until the end                                        |
 //! | `give`     | the readings that leave                                            |
 //! | `found`    | what was found, for people                                         |
@@ -21,17 +22,17 @@ mod delay;
 mod found;
 mod give;
 mod kept;
+mod kernel;
 mod line;
 mod lines;
 mod number;
-mod resample;
+mod signal;
 
-use flexid_core::stream::Reading;
+use flexid_core::stream::{Reading, StreamHealth};
 
 pub use delay::Delay;
 pub use found::{FoundClock, FoundClocks, Untold};
 
-use found::NAMES;
 pub(crate) use kept::Expected;
 use kept::Kept;
 use lines::{Lines, STAMP};
@@ -41,6 +42,7 @@ pub(crate) struct Recording {
     kept: Kept,
     /// The lines, once they are told, and the delay, s.
     told: Option<(Lines, f64)>,
+    judged: StreamHealth,
 }
 
 /// Largest standard deviation of the delay of a record, over the shortest period of the band: a fit begins in the right basin within a
@@ -52,7 +54,7 @@ const EXCITE: &str = "record cuts at several speeds that are rich above the band
 
 impl Recording {
     pub(crate) fn new(expected: Expected) -> Self {
-        Self { kept: Kept::new(expected), told: None }
+        Self { kept: Kept::new(expected), told: None, judged: StreamHealth::default() }
     }
 
     /// Takes a reading that arrived at a time, s.
@@ -66,18 +68,14 @@ impl Recording {
     /// The error says why they cannot be told.
     pub(crate) fn tell(&mut self) -> Result<FoundClocks, Untold> {
         let lines = Lines::of(&self.kept)?;
+        self.judged = lines.judged;
         let expected = &self.kept.expected;
         let delay = match self.kept.delay(&lines) {
             Ok(delay) => Some(delay),
             Err(_) if expected.seeks_delay => None,
             Err(reason) => {
-                let mut reason =
+                let reason =
                     format!("the delay between force and acceleration is not told: {reason}");
-                if lines.invalid > 0 {
-                    let (samples, name) = (lines.invalid, NAMES[1 - lines.base]);
-                    reason +=
-                        &format!("; {samples} samples of the {name} are clipped, held or spiked");
-                }
                 return Err(Untold { reason, mend: EXCITE });
             }
         };
@@ -95,6 +93,12 @@ impl Recording {
         }
         self.told = Some((lines, delay.map_or(0.0, |own| own.delay_s)));
         Ok(found)
+    }
+
+    /// Returns the counts of samples that are no measurement and were left out, and of blocks that have too many. The stream counts those of the slower
+    /// sensor.
+    pub(crate) fn judged(&self) -> StreamHealth {
+        self.judged
     }
 
     /// Passes all readings on, with common counters and instants. It passes none if the clocks were not told.

@@ -11,7 +11,7 @@ use std::io;
 use std::time::Duration;
 
 use flexid_core::MAX_JOINTS;
-use flexid_core::stream::{Reading, Stream};
+use flexid_core::stream::{Reading, Stream, StreamHealth};
 use flexid_wire::misfits::{self, MisfitKind};
 use flexid_wire::state::{Obstacle, Sensor, State};
 use flexid_wire::text::clipped;
@@ -50,6 +50,8 @@ pub struct Intake<'a> {
     kept: Option<Box<Recording>>,
     /// What was told of these clocks.
     clocks: Option<Result<FoundClocks, Untold>>,
+    /// Their samples that were left out before the stream.
+    judged: StreamHealth,
 }
 
 /// Silence of a sensor after which its frames do not come any more, s: that of a joint angle that comes in a cycle.
@@ -88,6 +90,7 @@ impl<'a> Intake<'a> {
             plausibility: Plausibility::new(config),
             kept: config.own_clocks().map(|expected| Box::new(Recording::new(expected))),
             clocks: None,
+            judged: StreamHealth::default(),
         })
     }
 
@@ -106,7 +109,7 @@ impl<'a> Intake<'a> {
         let flow = source.read(&mut batch, timeout);
         batch.iter().for_each(|arrival| self.take(arrival, &mut sink));
         self.batch = batch;
-        self.plausibility.note_stream(&self.stream.health());
+        self.plausibility.note_stream(&self.stream_health());
         flow
     }
 
@@ -195,7 +198,7 @@ impl<'a> Intake<'a> {
             self.plausibility.note_record(record);
             sink(record);
         });
-        self.plausibility.note_stream(&self.stream.health());
+        self.plausibility.note_stream(&self.stream_health());
         if has_record {
             self.window.begin_anew(self.mark());
         }
@@ -205,6 +208,7 @@ impl<'a> Intake<'a> {
     pub fn tell_clocks(&mut self) -> Option<&Result<FoundClocks, Untold>> {
         if let Some(kept) = self.kept.as_mut().filter(|_| self.clocks.is_none()) {
             self.clocks = Some(kept.tell());
+            self.judged = kept.judged();
         }
         self.clocks.as_ref()
     }
@@ -229,9 +233,21 @@ impl<'a> Intake<'a> {
             left_out: self.decoder.left_out(),
             not_finite: self.reading_faults.not_finite,
             implausible: self.plausibility.implausible(),
-            stream: self.stream.health(),
+            stream: self.stream_health(),
             ..self.counts
         }
+    }
+
+    /// Returns what the stream has counted. Where sensors have clocks of their own, these tell which frames are missing, and which samples never came
+    /// to the stream.
+    fn stream_health(&self) -> StreamHealth {
+        let mut health = self.stream.health();
+        health.add_invalid(&self.judged);
+        if let Some(Ok(found)) = &self.clocks {
+            health.frames_lost = found.lost();
+            health.frames_unheard = health.frames_unheard.min(health.frames_lost);
+        }
+        health
     }
 
     /// Returns the part of a full record that the present cut has given so far, 0 to 1.

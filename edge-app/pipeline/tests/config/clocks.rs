@@ -37,7 +37,6 @@ fn accuracies_are_as_wide_as_clocks_are_uncertain() {
         frames: 30_000,
         late: 30,
         lost: 0,
-        invalid: 0,
         runs: 1,
     };
     let delay = Delay { delay_s: 1e-3, std_s: 21e-6, spread_s: 1e-5, pieces: 3, share: 0.98 };
