@@ -148,6 +148,8 @@ pub struct Identifier<R> {
     descent_end: Option<Coordinates>,
     /// In the present model, noise has explained what implausible imperfections leave: they may stand for a few wrong bushings.
     is_explained_implausibly: bool,
+    /// The plant stands where its fit from the settled estimate has ended.
+    is_fitted_to_plant: bool,
 }
 
 impl<R: Rng> Identifier<R> {
@@ -191,6 +193,7 @@ impl<R: Rng> Identifier<R> {
             forgotten: 0,
             descent_end: None,
             is_explained_implausibly: false,
+            is_fitted_to_plant: false,
         }
     }
 
@@ -249,6 +252,7 @@ impl<R: Rng> Identifier<R> {
         self.deferred = None;
         self.descent_end = None;
         self.is_explained_implausibly = false;
+        self.is_fitted_to_plant = false;
         self.tried = Tried::default();
         self.prolongations = 0;
         if experiments.is_empty() {

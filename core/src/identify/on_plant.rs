@@ -121,7 +121,9 @@ impl<R: Rng> Identifier<R> {
             }
         }
         if from == FitStart::Best {
-            return self.settle(&mut found, Acceptance::Unsettled, experiments);
+            self.settle(&mut found, Acceptance::Unsettled, experiments);
+            self.is_fitted_to_plant = true;
+            return;
         }
         if let Some(corrected) = &mut self.corrected {
             // It compares with the others by its residuals in the model that all have.

@@ -1,5 +1,7 @@
 //! The estimate of a plant that is not quite the one that the model describes.
 
+use core::mem;
+
 use heapless::Vec;
 
 use super::decision::MAX_PROLONGATIONS;
@@ -63,10 +65,13 @@ impl<R> Identifier<R> {
         if experiments.is_empty() || plant.is_perfect() || !fits {
             return None;
         }
+        let is_fitted = mem::take(&mut self.is_fitted_to_plant);
         let Self { chain, measurement, bounds, sought, statics, refinement, .. } = self;
         let problem = Problem { chain, measurement, bounds, sought, statics, level: self.level };
         refinement.restart_at(&settled.coordinates);
-        refinement.restart_plant(plant, experiments.len());
+        if !is_fitted {
+            refinement.restart_plant(plant, experiments.len());
+        }
         let mut prolongations = 0;
         let ended = loop {
             if !go_on() {
