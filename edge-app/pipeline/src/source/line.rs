@@ -1,5 +1,6 @@
 //! Lines of `candump -L`, in all its forms: names of equal length, stamps of any number of decimals, raw DLC.
 
+use std::borrow::Cow;
 use std::io::{self, BufRead, Read as _};
 
 use socketcan::dump::{CanDumpRecord, ParseError, Reader};
@@ -68,7 +69,10 @@ pub(super) fn parse(line: &str) -> Line {
 
 /// Returns the form of a line that its parser takes: words one space apart, stamps of six decimals, no raw DLC. What is no line of
 /// `candump -L` stays none.
-fn canonical(line: &str) -> String {
+fn canonical(line: &str) -> Cow<'_, str> {
+    if is_canonical(line) {
+        return Cow::Borrowed(line);
+    }
     let mut canonical = String::with_capacity(line.len() + DECIMALS);
     for (place, word) in line.split_whitespace().enumerate() {
         let word = match place {
@@ -83,7 +87,22 @@ fn canonical(line: &str) -> String {
     }
     // An empty line is no end of the text.
     canonical.push('\n');
-    canonical
+    Cow::Owned(canonical)
+}
+
+/// Returns whether a line has this form, as `candump -L` writes it.
+fn is_canonical(line: &str) -> bool {
+    let mut words = line.trim_end().split(' ');
+    let (Some(stamp), Some(bus), Some(frame), None) =
+        (words.next(), words.next(), words.next(), words.next())
+    else {
+        return false;
+    };
+    let number = stamp.strip_prefix('(').and_then(|rest| rest.strip_suffix(')'));
+    let has_decimals = number
+        .and_then(|number| number.split_once('.'))
+        .is_some_and(|(_, part)| part.len() == DECIMALS);
+    has_decimals && !bus.is_empty() && !frame.is_empty() && !frame.contains('_')
 }
 
 /// Returns a stamp with six decimals. Smaller ones are left out.
@@ -124,6 +143,22 @@ mod tests {
                 Some((t_us, frame.data().to_vec()))
             }
             _ => None,
+        }
+    }
+
+    #[test]
+    fn what_candump_writes_is_taken_as_it_is() {
+        for (line, expected) in [
+            ("(1767000000.000060) can0 101#0102\n", true),
+            ("(1767000000.00006) can0 101#0102\n", false),
+            ("(1767000000.000060)  can0 101#0102\n", false),
+            ("(1767000000.000060) can0 101#0102030405060708_9\n", false),
+            ("(1767000000.000060) can0 101#0102 R\n", false),
+            (" (1767000000.000060) can0 101#0102\n", false),
+            ("(1767000000.000060) can0\t101#0102\n", false),
+            ("\n", false),
+        ] {
+            assert_eq!(matches!(canonical(line), Cow::Borrowed(_)), expected, "{line:?}");
         }
     }
 
