@@ -151,7 +151,7 @@ fn spikes_are_sought_where_little_is_clipped() {
 fn a_start_without_neighbours_is_no_rest() {
     let mut signals = cut(2, 0.16, STEP).map(|signal| {
         let cut = &signal[SAMPLES / 4..];
-        let value = |n: usize| if n % 2 == 0 { cut[n] } else { f32::NAN };
+        let value = |n: usize| if n.is_multiple_of(2) { cut[n] } else { f32::NAN };
         (0..cut.len()).map(value).collect()
     });
     let motions = [Motion::none(STEP); 3];
