@@ -73,7 +73,7 @@ impl Direction {
     }
 
     /// Returns the vector of a value along this direction.
-    pub(crate) fn vector(self, value: f32) -> [f32; 3] {
+    pub fn vector(self, value: f32) -> [f32; 3] {
         let mut vector = [0.0; 3];
         vector[self.axis] = self.sign * value;
         vector
@@ -97,6 +97,11 @@ impl Poses {
         let own =
             self.lines.iter().filter(|(name, _)| longest.is_some() && length(name) == longest);
         own.map(|(_, cut)| cut.clone()).collect()
+    }
+
+    /// Returns the lines: the name of a table, and what it says of a cut in it.
+    pub fn lines(&self) -> impl Iterator<Item = (&str, &Cut)> {
+        self.lines.iter().map(|(name, cut)| (name.as_str(), cut))
     }
 
     /// Returns the names of the tables.

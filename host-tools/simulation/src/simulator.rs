@@ -46,6 +46,9 @@ impl FromStr for Truth {
     }
 }
 
+/// Peak of a blow, N, and its width, s: a hammer of a kilogramme with a soft tip, whose force has half of its spectrum left at 200 Hz.
+pub const BLOW: (f64, f64) = (500.0, 4e-3);
+
 /// The robot, its work and its sensors.
 #[derive(Clone, Debug)]
 pub struct Simulator {
@@ -144,43 +147,87 @@ impl Simulator {
             mounting: self.mounting,
             ..Cut::new(experiment, cutting, measurement, &mut self.rng)
         };
-        let gives_way = || {
-            let name = &experiment.name;
-            let message = format!(
-                "the robot gives way in {name:?}: make [[truth]], or [bounds], stiffer, or the plant milder"
-            );
-            BadInput::new(&self.file, message)
-        };
-        let (rng, mut quality) = (&mut self.rng, self.quality);
-        let response = match &self.plant {
-            None => Some(cut.response_telling(&self.chain, &self.truth, tell))
-                .filter(Response::is_finite),
-            Some(plant) => {
-                let surroundings = Surroundings {
-                    force_noise: quality.noise * measurement.force_noise(),
-                    acceleration_noise: quality.noise * measurement.acceleration_noise(),
-                    spindle: force::spindle(experiment, measurement),
-                };
-                // The plant's sensors have added all noise.
-                quality.noise = 0.0;
-                let (model, bushings, number) = (&self.chain, &self.truth[..], self.cuts);
-                plant.readings(
-                    Work { cut: &cut, model, bushings, number },
-                    &surroundings,
-                    rng,
-                    tell,
-                )
-            }
-        };
-        let response = response.ok_or_else(gives_way)?;
-        self.cuts += 1;
+        let spindle = force::spindle(experiment, measurement);
+        let mut quality = self.quality;
+        if self.plant.is_some() {
+            // The plant's sensors have added all noise.
+            quality.noise = 0.0;
+        }
+        let response = self.respond(&experiment.name, &cut, spindle, tell)?;
         let feed = self.plant.as_ref().map_or(&[][..], |plant| &plant.robot.feed_rad_per_s);
         let pose = |seconds: f64| {
             let rates = feed.iter().chain(std::iter::repeat(&0.0));
             cut.pose.iter().zip(rates).map(|(angle, rate)| angle + seconds * rate).collect()
         };
+        let (measurement, rng) = (&self.scenario.measurement, &mut self.rng);
         transmission::transmit(&response, pose, measurement, quality, &self.signals, rng)
             .map_err(|error| BadInput::new(&self.file, format!("cannot be sent: {error}")))
+    }
+
+    /// Strikes the tool at the TCP once with a hammer, along a direction in the TCP's axes. Returns the readings with their noise. It calls `tell` with
+    /// the share that is simulated, 0 to 1, again and again.
+    ///
+    /// # Errors
+    /// The robot gives way.
+    pub fn strike(
+        &mut self,
+        name: &str,
+        pose: &[f64],
+        direction: &Vector3<f64>,
+        tell: impl Fn(f64),
+    ) -> Result<Response, BadInput> {
+        let measurement = &self.scenario.measurement;
+        let cut = Cut {
+            pose: pose.to_vec(),
+            gravity: self.gravity,
+            accelerometer: self.accelerometer,
+            mounting: self.mounting,
+            rate_hz: measurement.rate_hz,
+            force: force::blow(direction, BLOW.0, BLOW.1, measurement),
+        };
+        let spindle = vec![0.0; measurement.samples()];
+        let mut response = self.respond(name, &cut, spindle, tell)?;
+        if self.plant.is_none() {
+            let [force, acceleration] = self.noises();
+            transmission::add_noise(&mut response.force, force, &mut self.rng);
+            transmission::add_noise(&mut response.acceleration, acceleration, &mut self.rng);
+        }
+        Ok(response)
+    }
+
+    /// Standard deviations of force, N, and acceleration, m/s².
+    fn noises(&self) -> [f64; 2] {
+        let measurement = &self.scenario.measurement;
+        [measurement.force_noise(), measurement.acceleration_noise()]
+            .map(|noise| self.quality.noise * noise)
+    }
+
+    /// Readings of a cut: those of a plant with noise.
+    fn respond(
+        &mut self,
+        name: &str,
+        cut: &Cut,
+        spindle: Vec<f64>,
+        tell: impl Fn(f64),
+    ) -> Result<Response, BadInput> {
+        let [force_noise, acceleration_noise] = self.noises();
+        let response = match &self.plant {
+            None => Some(cut.response_telling(&self.chain, &self.truth, tell))
+                .filter(Response::is_finite),
+            Some(plant) => {
+                let surroundings = Surroundings { force_noise, acceleration_noise, spindle };
+                let (model, bushings, number) = (&self.chain, &self.truth[..], self.cuts);
+                let work = Work { cut, model, bushings, number };
+                plant.readings(work, &surroundings, &mut self.rng, tell)
+            }
+        };
+        self.cuts += 1;
+        response.ok_or_else(|| {
+            let message = format!(
+                "the robot gives way in {name:?}: make [[truth]], or [bounds], stiffer, or the plant milder"
+            );
+            BadInput::new(&self.file, message)
+        })
     }
 
     /// The robot's true bushings, base first.

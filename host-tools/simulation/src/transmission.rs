@@ -124,6 +124,13 @@ impl Bus {
     }
 }
 
+/// Adds normal noise to the readings of a sensor.
+pub(crate) fn add_noise(readings: &mut [Vector3<f64>], deviation: f64, rng: &mut impl Rng) {
+    let values = readings.iter_mut().flat_map(|reading| reading.iter_mut());
+    values
+        .for_each(|value| *value += deviation * Distribution::<f64>::sample(&StandardNormal, rng));
+}
+
 fn noisy(value: &Vector3<f64>, deviation: f64, rng: &mut impl Rng) -> [f32; 3] {
     let mut noise = || deviation * Distribution::<f64>::sample(&StandardNormal, rng);
     [0, 1, 2].map(|axis| (value[axis] + noise()) as f32)

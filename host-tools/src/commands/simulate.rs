@@ -1,4 +1,6 @@
-//! `flexid simulate`: the scenario's robot, onto a bus or into a log.
+//! `flexid simulate`: the scenario's robot, onto a bus, into a log or into tables.
+
+mod tables;
 
 use std::io::BufWriter;
 use std::path::{Path, PathBuf};
@@ -30,10 +32,11 @@ const AFTER_HELP: &str =
 
 Examples:
   $ flexid simulate --config mill3-edge.toml --candump cut.log --truth-json truth.json
-  $ flexid simulate --config mill3-edge.toml --plant mill3-plant.toml --experiments 5 --can vcan0";
+  $ flexid simulate --config mill3-edge.toml --plant mill3-plant.toml --experiments 5 --can vcan0
+  $ flexid simulate --config mill6-blows.toml --tables .";
 
 #[derive(Debug, clap::Args)]
-#[command(after_help = AFTER_HELP, group(ArgGroup::new("destination").args(["can", "candump"]).required(true)))]
+#[command(after_help = AFTER_HELP, group(ArgGroup::new("destination").args(["can", "candump", "tables"]).required(true)))]
 pub(super) struct Args {
     /// The daemon's configuration; its [simulation] section names the scenario
     #[arg(long, value_name = "EDGE.toml")]
@@ -47,6 +50,9 @@ pub(super) struct Args {
     /// Write a log as candump -L would, as fast as possible
     #[arg(long, value_name = "OUT.log")]
     candump: Option<PathBuf>,
+    /// Write into this folder, in place of cuts, a table of each blow of a hammer that [recording] poses lists
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["experiments", "repeat", "drop"])]
+    tables: Option<PathBuf>,
     /// Which robot: nominal, or drawn:SEED for one drawn from the scenario's bounds, or plausibly without any
     #[arg(long, default_value = "nominal")]
     truth: Truth,
@@ -74,6 +80,9 @@ pub(super) struct Args {
 }
 
 pub(super) fn run(args: &Args) -> Result<()> {
+    if let Some(folder) = &args.tables {
+        return tables::run(args, folder);
+    }
     let quality = quality(args)?;
     let config = Config::load(&args.config)?;
     let most = args.experiments.map_or(usize::MAX, |count| count as usize);
@@ -140,7 +149,10 @@ fn warn_of_perfect_accuracies(config: &Config) {
 
 /// The error for a missing destination, which the command line requires before.
 fn no_destination() -> BadArgument {
-    BadArgument("--can IFACE or --candump OUT.log is missing: say where the frames go".to_owned())
+    BadArgument(
+        "--can IFACE, --candump OUT.log or --tables DIR is missing: say where the readings go"
+            .to_owned(),
+    )
 }
 
 fn quality(args: &Args) -> Result<Quality, BadArgument> {

@@ -66,6 +66,65 @@ fn lost_frames_are_in_the_truth_and_not_in_the_log() {
     assert_eq!(truth["truth"]["joint_1"]["stiffness"][5], 2.3e6);
 }
 
+/// The session without a bus: tables of blows, from which the robot is identified.
+#[test]
+fn blows_of_a_hammer_are_tables_that_identify_takes() {
+    let folder = tempfile::tempdir().unwrap();
+    let scenario = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenario");
+    for file in
+        ["mill6-blows.toml", "mill6-blows.csv", "mill6-model.toml", "mill6.toml", "mill6.urdf"]
+    {
+        fs::copy(scenario.join(file), folder.path().join(file)).unwrap();
+    }
+    let command = "simulate --config mill6-blows.toml --tables blows --truth-json t.json";
+    let output = flexid(folder.path(), command);
+    assert!(output.status.success(), "{}", stderr(&output));
+    let tables = (1..10).map(|number| format!("blows/blow{number}.csv")).collect::<Vec<_>>();
+    let first = fs::read_to_string(folder.path().join(&tables[0])).unwrap();
+    assert!(first.starts_with("time [s],Hammer [N],ax [m/s^2],ay [m/s^2],az [m/s^2]\n0.000000,"));
+    assert_eq!(first.lines().count(), 1 + 8192);
+    let command = format!(
+        "identify --config mill6-blows.toml --truth t.json --json f.json {}",
+        tables.join(" ")
+    );
+    let output = flexid(folder.path(), &command);
+    assert!(output.status.success(), "{}", stderr(&output));
+    let said = String::from_utf8(output.stdout).unwrap();
+    let held = said.lines().find_map(|line| line.strip_prefix("truth: ")).unwrap();
+    let numbers: Vec<f64> =
+        held.split_whitespace().filter_map(|word| word.parse().ok()).take(2).collect();
+    assert!(numbers[1] >= 60.0 && numbers[0] > 0.85 * numbers[1], "{held}");
+}
+
+#[test]
+fn tables_are_those_of_blows() {
+    let folder = tempfile::tempdir().unwrap();
+    let scenario = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenario");
+    let poses = fs::read_to_string(scenario.join("mill6-blows.csv")).unwrap();
+    for file in ["mill6-blows.toml", "mill6-model.toml", "mill6.toml", "mill6.urdf"] {
+        fs::copy(scenario.join(file), folder.path().join(file)).unwrap();
+    }
+    let refusal = |poses: &str, arguments: &str| {
+        fs::write(folder.path().join("mill6-blows.csv"), poses).unwrap();
+        let command = format!("simulate --config mill6-blows.toml --tables . {arguments}");
+        let output = flexid(folder.path(), &command);
+        assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
+        stderr(&output)
+    };
+    let at_a_point = poses.replace(",force\n", ",force,px\n").replace(",x\n", ",x,0.1\n");
+    let at_a_point = at_a_point.replace(",y\n", ",y,0\n").replace(",z\n", ",z,0\n");
+    for (poses, arguments, expected) in [
+        (at_a_point.as_str(), "", "strikes at the TCP"),
+        (&poses.replace("blow9", "more/blow9"), "", "name them by their names alone"),
+        (&poses, "--experiments 2", "cannot be used with"),
+    ] {
+        let said = refusal(poses, arguments);
+        assert!(said.contains(expected), "{said}");
+    }
+    let made = fs::read_dir(folder.path()).unwrap().count();
+    assert_eq!(made, 5, "a table was written");
+}
+
 /// The eighth experiment has a pose beyond the limits.
 #[test]
 fn only_the_experiments_that_are_simulated_are_checked() {

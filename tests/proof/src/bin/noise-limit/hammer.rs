@@ -7,6 +7,7 @@ use flexid_core::imperfection::Accuracies;
 use flexid_simulation::experiment::Cut;
 use flexid_simulation::force;
 use flexid_simulation::plant::Plant;
+use flexid_simulation::simulator::BLOW;
 use nalgebra::{Rotation3, Vector3};
 use rayon::prelude::*;
 
@@ -16,8 +17,6 @@ use crate::intervals::Intervals;
 use crate::plants::{COVER, GROSS, drawn_robot, found, records, records_struck};
 use crate::study::{Study, name};
 
-/// Peak of a blow, N, and its width, s: a hammer of a kilogramme with a soft tip, whose force has half of its spectrum left at the band's end, 200 Hz.
-const BLOW: (f64, f64) = (500.0, 4e-3);
 /// Least share of the parameters that as many cuts as poses identify, percent.
 const OF_CUTS: f64 = 70.0;
 
