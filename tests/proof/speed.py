@@ -4,7 +4,9 @@
 FLEXID and OTHER are programs. Both identify the same logs of the scenarios, cut with seeds 1 to SEEDS (12), one after the other: whole runs, from the
 start of the program to its end. Prints the median of each, and of the ratios. Python 3.11, no packages.
 """
+import os
 import pathlib
+import re
 import shutil
 import statistics
 import subprocess
@@ -37,7 +39,7 @@ def main(programs, seeds):
                 subprocess.run([programs[0], "simulate", "--config", config, *cut], check=True, capture_output=True)
                 own = folder / f"mill{joints}-timed.toml"
                 text = config.read_text()
-                own.write_text(text.partition("[accuracy]")[0] if is_typical else text)
+                own.write_text(re.sub(r"(?ms)^\[accuracy\].*?(?=^\[|\Z)", "", text) if is_typical else text)
                 taken.append([seconds(program, own, log) for program in programs])
             this, other = (statistics.median(column) for column in zip(*taken))
             ratio = statistics.median(other / this for this, other in taken)
@@ -46,4 +48,8 @@ def main(programs, seeds):
 
 
 if __name__ == "__main__":
-    main([shutil.which(program) for program in sys.argv[1:3]], int(sys.argv[3]) if len(sys.argv) > 3 else 12)
+    programs = [shutil.which(program) for program in sys.argv[1:3]]
+    if len(programs) < 2 or None in programs:
+        sys.exit(__doc__)
+    os.sched_setaffinity(0, {0})
+    main(programs, int(sys.argv[3]) if len(sys.argv) > 3 else 12)

@@ -122,7 +122,7 @@ impl<R: Rng> Identifier<R> {
         }
         if from == FitStart::Best {
             self.settle(&mut found, Acceptance::Unsettled, experiments);
-            self.is_fitted_to_plant = true;
+            self.is_fitted_to_plant = plant.is_some();
             return;
         }
         if let Some(corrected) = &mut self.corrected {

@@ -12,9 +12,9 @@
 //! that of their coherence (Hannan and Thomson, Estimating group delay, 1973), with an error of the model beside it.
 //!
 //! Modes beyond the band leave a part of the acceleration unexplained, which may have any phase: half of its power turns the phase of the mass. With
-//! the share s that is explained, the delay is off by √((1 − s) / 2s) / ω in the mean square.
+//! the share s that is explained, the delay is off by √((1 − s) / 2s) / ω in the mean square, ω the mean frequency of the acceleration there.
 
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::TAU;
 
 use flexid_core::spectrum::fft;
 use nalgebra::{Complex, Matrix3, Rotation3, SMatrix, SVector, Vector3};
@@ -207,7 +207,10 @@ pub(super) fn delay(
     };
     let middles = [0, 1, 2].map(middle);
     let among = each.iter().map(|(own, delay_s)| delay_s - middles[own.axis]);
-    let of_modes_s = ((1.0 - share) / (2.0 * share)).sqrt() / (PI * (lowest_hz + highest_hz));
+    let groups = || curves.iter().flat_map(|own| &own.groups);
+    let power: f64 = groups().map(|own| own.power).sum();
+    let omega = groups().map(|own| own.power * own.omega).sum::<f64>() / power;
+    let of_modes_s = ((1.0 - share).max(0.0) / (2.0 * share)).sqrt() / omega;
     let mut counted: Vec<usize> = curves.iter().map(|own| own.piece).collect();
     counted.dedup();
     Ok(Delay {

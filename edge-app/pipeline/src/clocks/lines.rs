@@ -181,7 +181,7 @@ fn line(kept: &Kept, numbered: &[Numbered; 2], sensor: usize) -> Result<Line, Un
 }
 
 /// Returns the signal of a sensor by its runs, and the counts of its samples that are no measurement. These are judged here, since a sample that is
-/// taken between two others does not show that one of them was clipped. A block is no longer than a record.
+/// taken between two others does not show that one of them was clipped. A block is about as long as a record.
 fn signals(
     kept: &Kept,
     numbered: &Numbered,

@@ -1,7 +1,7 @@
 //! The signal of a sensor, at any instant.
 //!
 //! Samples that are no measurement are made missing first. Each axis is filled over one or two samples that are missing, by the polynomial through
-//! three neighbours on each side. Outputs within half a period of such a sample are left out, for the stream to bridge, which knows its error. Of
+//! its nearest three samples on each side. Outputs within half a period of such a sample are left out, for the stream to bridge, which knows its error. Of
 //! longer gaps, nothing near is given.
 
 use flexid_core::stream::{MAX_GAP, SPIKE_CONTEXT};
@@ -10,6 +10,8 @@ use super::kernel::Kernel;
 
 /// Neighbours on each side by which a gap is filled. A gap is no longer than one that a stream bridges.
 const NEIGHBOURS: usize = 3;
+/// Samples among which they are sought: twice as many, where another gap is near.
+const NEAR: usize = 2 * NEIGHBOURS;
 /// Samples on each side of a block that are judged with it.
 const BESIDE: usize = SPIKE_CONTEXT;
 
@@ -69,8 +71,8 @@ impl Signal {
     }
 }
 
-/// Makes samples missing that are no measurement, in blocks of one length. If a block has too many, everything from its first to its last one becomes
-/// missing, and the rest of it is judged once more.
+/// Makes samples missing that are no measurement, in blocks of one length, each judged with [`BESIDE`] more on each side. As long as a block has too
+/// many, everything from its first to its last one becomes missing, and the rest of it is judged again.
 fn remove_invalid(
     values: &mut [Vec<f32>; 3],
     longest: usize,
@@ -79,37 +81,36 @@ fn remove_invalid(
     let samples = values[0].len();
     let length = samples.div_ceil(samples.div_ceil(longest.max(1)).max(1)).max(1);
     for first in (0..samples).step_by(length) {
-        let block = first.saturating_sub(BESIDE)..samples.min(first + length + BESIDE);
-        let before = values.each_ref().map(|own| own[block.clone()].to_vec());
-        let mut own = values.each_mut().map(|own| &mut own[block.clone()]);
-        if !judge(&mut own) {
-            continue;
-        }
-        let is_removed = |place: &usize| {
-            (0..3).any(|axis| own[axis][*place].is_nan() && !before[axis][*place].is_nan())
-        };
-        let places = 0..block.len();
-        let ends = places.clone().find(is_removed).zip(places.rev().find(is_removed));
-        if let Some((from, to)) = ends {
+        let judged = first.saturating_sub(BESIDE)..samples.min(first + length + BESIDE);
+        let block = first - judged.start..samples.min(first + length) - judged.start;
+        let mut own = values.each_mut().map(|own| &mut own[judged.clone()]);
+        let copies = |own: &[&mut [f32]; 3]| own.each_ref().map(|own| own.to_vec());
+        let mut before = copies(&own);
+        while judge(&mut own) {
+            let is_removed = |place: &usize| {
+                (0..3).any(|axis| own[axis][*place].is_nan() && !before[axis][*place].is_nan())
+            };
+            let ends = block.clone().find(is_removed).zip(block.clone().rev().find(is_removed));
+            let Some((from, to)) = ends else { break };
             own.iter_mut().for_each(|own| own[from..=to].fill(f32::NAN));
-            judge(&mut own);
+            before = copies(&own);
         }
     }
 }
 
-/// Fills the gaps of an axis that are short.
+/// Fills the gaps of an axis that are short, by the nearest neighbours that are known.
 fn fill(values: &mut [f32]) {
     let is_known: Vec<bool> = values.iter().map(|own| own.is_finite()).collect();
+    let known = |place: &usize| is_known[*place];
     let mut next = 0;
     while let Some(offset) = is_known[next..].iter().position(|known| !known) {
         let first = next + offset;
         let length = is_known[first..].iter().take_while(|known| !**known).count();
         next = first + length;
-        let before = first.checked_sub(NEIGHBOURS).map(|from| from..first);
-        let nodes: Vec<usize> =
-            before.into_iter().flatten().chain(next..next + NEIGHBOURS).collect();
-        let are_known = nodes.iter().all(|own| is_known.get(*own) == Some(&true));
-        if length <= MAX_GAP && nodes.len() == 2 * NEIGHBOURS && are_known {
+        let before = (first.saturating_sub(NEAR)..first).rev().filter(known).take(NEIGHBOURS);
+        let behind = next..is_known.len().min(next + NEAR);
+        let nodes: Vec<usize> = before.chain(behind.filter(known).take(NEIGHBOURS)).collect();
+        if length <= MAX_GAP && nodes.len() == 2 * NEIGHBOURS {
             for place in first..next {
                 values[place] = lagrange(values, &nodes, place);
             }
@@ -207,6 +208,11 @@ mod tests {
         assert_eq!(blocks, 3);
         assert_eq!(few.at(500.0, &kernel), None);
         assert_eq!(few.at(501.4, &kernel).unwrap()[1], whole.at(501.4, &kernel).unwrap()[1]);
+        let twice = Signal::of(samples.clone(), 3000, &mut |block| {
+            [500, 502].into_iter().for_each(|place| block[0][place] = f32::NAN);
+            false
+        });
+        assert!(twice.at(499.3, &kernel).is_some() && twice.at(502.6, &kernel).is_some());
         // Each is beside the other, and no gap of its own axis is longer than two.
         for [one, other] in [[500..501, 502..503], [500..502, 501..503]] {
             let both = Signal::of(samples.clone(), 3000, &mut |block| {
@@ -225,17 +231,19 @@ mod tests {
         let samples = (0..3000).map(|number| (number, [1.0, 2.0, 0.0]));
         let kernel = Kernel::of(1.0);
         let many = Signal::of(samples, 1000, &mut |block| {
-            let are_many = block[0][500].is_finite();
-            [500, 600].into_iter().for_each(|place| block[0][place] = f32::NAN);
-            are_many
+            let next =
+                [[500, 600], [700, 800]].into_iter().find(|own| block[0][own[0]].is_finite());
+            next.into_iter().flatten().for_each(|place| block[0][place] = f32::NAN);
+            next.is_some()
         });
         let known = |from: i64, to: i64| {
             (from..to).all(|number| many.at(number as f64 + 0.4, &kernel).is_some())
         };
-        assert!(known(40, 460) && known(640, 1300) && many.at(550.4, &kernel).is_none());
+        assert!(known(40, 460) && known(640, 660) && known(840, 960));
+        assert!(many.at(550.4, &kernel).is_none() && many.at(750.4, &kernel).is_none());
     }
 
-    /// Seven samples for one: of a sample that is filled the nearest output takes most, and the others next to nothing.
+    /// Seven samples for one.
     #[test]
     fn of_a_slower_output_the_nearest_is_left_out() {
         let samples = (0..3000).map(|number| (number, [number as f32, 0.0, 0.0]));

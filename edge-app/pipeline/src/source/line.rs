@@ -92,7 +92,11 @@ fn canonical(line: &str) -> Cow<'_, str> {
 
 /// Returns whether a line has this form, as `candump -L` writes it.
 fn is_canonical(line: &str) -> bool {
-    let mut words = line.trim_end().split(' ');
+    let line = line.trim_end();
+    if line.contains(|own: char| own.is_whitespace() && own != ' ') {
+        return false;
+    }
+    let mut words = line.split(' ');
     let (Some(stamp), Some(bus), Some(frame), None) =
         (words.next(), words.next(), words.next(), words.next())
     else {
@@ -156,9 +160,12 @@ mod tests {
             ("(1767000000.000060) can0 101#0102 R\n", false),
             (" (1767000000.000060) can0 101#0102\n", false),
             ("(1767000000.000060) can0\t101#0102\n", false),
+            ("(1767000000.000060) can0\t101#0102 R\n", false),
+            ("(1767000000.000060) can0 101#0102\tR\n", false),
             ("\n", false),
         ] {
             assert_eq!(matches!(canonical(line), Cow::Borrowed(_)), expected, "{line:?}");
+            assert_eq!(is_frame(line), line.contains("101#"), "{line:?}");
         }
     }
 
