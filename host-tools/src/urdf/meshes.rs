@@ -82,7 +82,7 @@ pub(super) fn allot(
 }
 
 /// How far masses, inertias and centres by [`allot`] may be off, for an arm of this length, m: root mean squares over 30 robots with the inertials that
-/// their maker verified (`tests/proof/mesh-masses.py`).
+/// their maker verified (`tests/proof/mesh_masses.py`).
 pub(super) fn accuracy(arm: f64) -> MassAccuracy {
     MassAccuracy { link_mass: 0.3, link_inertia: 0.4, centre_of_mass_m: of_length(0.035, arm) }
 }

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Masses from meshes against those that the maker verified: tests/proof/mesh-masses.py CHECKOUT [FLEXID]
+"""Masses from meshes against those that the maker verified: tests/proof/mesh_masses.py CHECKOUT [FLEXID]
 
 CHECKOUT is a checkout of github.com/kroshu/kuka_robot_descriptions (Apache-2.0), FLEXID the program (flexid). Each robot whose README says that
 its inertial values are verified is imported without them, with `flexid model import --total-mass` of their sum, and compared link by link.
