@@ -149,7 +149,10 @@ fn bad_input_ends_with_status_2_and_one_line_that_names_place_and_mend() {
         (
             "simulate --config edge.toml",
             None,
-            &["flexid: ", "not provided: <--can <IFACE>|--candump <OUT.log>|--tables <DIR>> (see --help)"],
+            &[
+                "flexid: ",
+                "not provided: <--can <IFACE>|--candump <OUT.log>|--tables <DIR>> (see --help)",
+            ],
         ),
         ("simulate --config edge.toml --can nocan9", None, &["--can nocan9: interface \"nocan9\""]),
         ("simulate", None, &["flexid: ", "--config <EDGE.toml>", "(see --help)"]),
