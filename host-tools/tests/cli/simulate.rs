@@ -83,6 +83,9 @@ fn blows_of_a_hammer_are_tables_that_identify_takes() {
     let first = fs::read_to_string(folder.path().join(&tables[0])).unwrap();
     assert!(first.starts_with("time [s],Hammer [N],ax [m/s^2],ay [m/s^2],az [m/s^2]\n0.000000,"));
     assert_eq!(first.lines().count(), 1 + 8192);
+    let again = flexid(folder.path(), command);
+    assert_eq!(again.status.code(), Some(2));
+    assert!(stderr(&again).contains("blows/blow1.csv: is there already"), "{}", stderr(&again));
     let command = format!(
         "identify --config mill6-blows.toml --truth t.json --json f.json {}",
         tables.join(" ")

@@ -43,6 +43,12 @@ pub(super) fn run(args: &Args, folder: &Path) -> Result<()> {
     output::keeps(read, args.truth_json.as_deref())?;
     let truth_json = args.truth_json.as_deref().map(Output::create).transpose()?;
     fs::create_dir_all(folder).with_context(|| format!("{}: cannot be made", folder.display()))?;
+    let present = blows.iter().map(|blow| folder.join(blow.table)).find(|table| table.exists());
+    if let Some(table) = present {
+        let message =
+            "is there already, and may be a measurement: name another folder, or remove it";
+        return Err(BadInput::new(&table, message).into());
+    }
     let robot = simulator.robot(&config.model);
     let mut truth = TruthFile::new(&config.model, simulator.truth(), &simulator.joints(), robot);
     let seconds = simulator.scenario().measurement.duration_s;

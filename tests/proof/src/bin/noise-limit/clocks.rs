@@ -36,8 +36,8 @@ const LATENCIES: [Latency; 2] = [Latency(50e-6, 0.01, 1e-3), Latency(300e-6, 0.0
 const APART: (f64, f64) = (1e-3, 20.0);
 /// Further delays that must be found, s: with [`APART`] from -20 to 20 ms.
 const FURTHER_S: [f64; 6] = [-21e-3, -8e-3, -1e-3, 0.0, 9e-3, 19e-3];
-/// Largest error of a delay, µs: of three joints, and of six, whose modes lie beyond the band. A fit begins right within 420 µs.
-const DELAY_US: [f64; 2] = [50.0, 400.0];
+/// Largest error of a delay, µs.
+const DELAY_US: f64 = 50.0;
 /// Least share of the parameters that counters identify, percent.
 const OF_COUNTERS: f64 = 95.0;
 /// Samples at rest before a cut: the reach of a kernel, and the largest delay.
@@ -74,7 +74,6 @@ pub(crate) fn prove(study: &Study, robots: usize, details: bool) -> Result<Vec<F
     }
     let scores = || all.iter().flat_map(|one| one.scores.iter().map(|score| score.abs()));
     let (identified, by_counters) = (scores().count(), all.iter().map(|one| one.by_counters).sum());
-    let has_many_joints = study.config.model.driven().count() > 3;
     Ok(vec![
         Figure::count(
             "clocks apart: parameters that are identified, of those that counters identify",
@@ -95,7 +94,7 @@ pub(crate) fn prove(study: &Study, robots: usize, details: bool) -> Result<Vec<F
         Figure::at_most(
             "clocks apart by -20 to 20 ms: largest error of the delay",
             robots,
-            DELAY_US[usize::from(has_many_joints)],
+            DELAY_US,
             all.iter().map(|one| one.delay_us).fold(0.0, f64::max),
             " µs",
         ),
