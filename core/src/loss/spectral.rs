@@ -44,12 +44,12 @@ pub fn ssp<const B: usize>(
 }
 
 /// Energies of measured and modelled acceleration: sums over the bins and the accelerometer's axes, (m/s)².
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Energies {
     /// Energy of the measured acceleration, noise included.
     pub measured: f32,
-    /// Energy of the model's acceleration under the measured force.
-    pub modelled: f32,
+    /// Least and largest energy of the acceleration of all robots under the measured force. Infinity and zero without a robot.
+    pub modelled: [f32; 2],
 }
 
 /// αT of the line on which the model's energy is summed. Its resonances are as wide there as the distance of the bins.
@@ -57,13 +57,13 @@ const ENERGY_DECAY: f64 = 7.0;
 /// Number of lanes of the widest vector.
 const GROUP: usize = 16;
 
-/// [`Energies`] of one experiment with its target, along the axes that are measured. They show whether force and acceleration agree with the model's masses at all. They are
+/// [`Energies`] of one experiment with its target and some robots, along the axes that are measured. They show whether force and acceleration agree with the model's masses at all. They are
 /// those of the whole record, and not of the search's damped line: where a cut begins slowly, its first tenth depends more on stiffnesses
 /// than on masses.
 pub fn energies<const B: usize>(
     target: &Target,
     experiment: &Experiment<B>,
-    bushings: &Bushings,
+    robots: &[Bushings],
     level: Level,
 ) -> Energies {
     // Whole groups; the last one is filled with zeros where there is room.
@@ -76,17 +76,25 @@ pub fn energies<const B: usize>(
     let force = &experiment.force;
     let [re, im] = [&force.re, &force.im].map(|parts| parts.each_ref().map(filled));
     let omega: Vec<f32, B> = (0..bins).map(|bin| experiment.omega(bin) as f32).collect();
-    let modelled = Modelled {
-        terms: &target.terms(bushings),
-        alpha: (ENERGY_DECAY * experiment.spacing / TAU) as f32,
-        omega: &omega,
-        force: core::array::from_fn(|axis| [&re[axis][..], &im[axis][..]]),
-        axes: [0, 1, 2].map(|axis| experiment.measures(axis)),
+    let modelled = |bushings: &Bushings| {
+        let modelled = Modelled {
+            terms: &target.terms(bushings),
+            alpha: (ENERGY_DECAY * experiment.spacing / TAU) as f32,
+            omega: &omega,
+            force: core::array::from_fn(|axis| [&re[axis][..], &im[axis][..]]),
+            axes: [0, 1, 2].map(|axis| experiment.measures(axis)),
+        };
+        modelled.energy(level)
     };
     let measured = experiment.acceleration.parts();
     Energies {
         measured: measured.iter().flatten().copied().flatten().map(|part| part * part).sum(),
-        modelled: modelled.energy(level),
+        modelled: robots
+            .iter()
+            .map(modelled)
+            .fold([f32::INFINITY, 0.0], |[least, most], energy| {
+                [least.min(energy), most.max(energy)]
+            }),
     }
 }
 

@@ -298,7 +298,7 @@ fn static_tests_alone_make_a_report() {
 fn a_log_without_a_record_is_reported() {
     let config = config(Some(GAUGE)).unwrap();
     let log = CandumpLog::new(Path::new("other.log"), "(1.0) vcan0 7FF#00\n".as_bytes());
-    let outcome = run_offline(&config, &mut Logs::new([Ok(log)]), |_| {}).unwrap();
+    let outcome = run_offline(&config, &mut Logs::new([Ok(log)]), |_| {}, |_| {}).unwrap();
     let warnings = outcome.finding.expect("a finding").report.warnings;
     assert!(warnings.contains(&Warning::NoRecord(outcome.state)), "{warnings:?}");
 }

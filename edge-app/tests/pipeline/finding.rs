@@ -18,7 +18,7 @@ fn a_confidence_goes_with_its_report() {
     let config = config();
     let intervals = |frames: Vec<Arrival>| {
         let mut source = Replay { frames: frames.into_iter(), breaks: false };
-        counted_intervals(&timeless(run_offline(&config, &mut source, |_| {}).unwrap()))
+        counted_intervals(&timeless(run_offline(&config, &mut source, |_| {}, |_| {}).unwrap()))
     };
     assert_eq!(intervals(frames(&config, &POSES, block)), 0);
     let of_robot = intervals(frames(&config, &POSES, |pose| robot(&config, pose)));
@@ -32,7 +32,7 @@ fn an_answer_is_that_of_the_newest_record() {
     let config = config();
     let outcome = |frames: Vec<Arrival>| {
         let mut source = Replay { frames: frames.into_iter(), breaks: false };
-        run_offline(&config, &mut source, |_| {}).unwrap()
+        run_offline(&config, &mut source, |_| {}, |_| {}).unwrap()
     };
     let is_interval = |own: &Option<Number>| own.is_some_and(|own| own.interval.is_some());
     let of_block = outcome(frames(&config, &POSES, block)).finding.expect("a finding").answer;
@@ -77,7 +77,7 @@ fn an_answer_holds_the_truth() {
     let config = super::state::config();
     let frames = super::state::visits(&config, &POSES);
     let mut source = Replay { frames: frames.into_iter(), breaks: false };
-    let outcome = run_offline(&config, &mut source, |_| {}).unwrap();
+    let outcome = run_offline(&config, &mut source, |_| {}, |_| {}).unwrap();
     let answer = outcome.finding.expect("a finding").answer.expect("an answer");
     let truth = Robot::new(outcome.robot.expect("a robot"), config.bounds.middle(3)).unwrap();
     let at = truth.at(&answer.pose).unwrap();
@@ -162,7 +162,7 @@ fn records_that_are_lost_are_counted() {
     let config = config();
     let frames = frames(&config, &[[0.0, -0.45, 0.95]; 7], block);
     let mut source = Replay { frames: frames.into_iter(), breaks: false };
-    let outcome = run_offline(&config, &mut source, |_| {}).unwrap();
+    let outcome = run_offline(&config, &mut source, |_| {}, |_| {}).unwrap();
     let taken = outcome.counts.stream.records;
     let Finding { report, confidence, .. } = outcome.finding.expect("a finding");
     assert!(taken >= 7 && !report.warnings.is_empty(), "{taken} records");
@@ -177,7 +177,7 @@ fn a_log_that_is_given_twice_counts_once() {
     let config = config();
     let run = |frames: Vec<Arrival>| {
         let mut source = Replay { frames: frames.into_iter(), breaks: false };
-        let outcome = run_offline(&config, &mut source, |_| {}).unwrap();
+        let outcome = run_offline(&config, &mut source, |_| {}, |_| {}).unwrap();
         let records = outcome.counts.stream.records;
         (timeless(outcome), records)
     };

@@ -88,18 +88,23 @@ fn the_daemon_and_the_offline_tool_say_the_same() {
         breaks: false,
     };
     let phases = Arc::new(Mutex::new(Vec::new()));
-    let offline = run_offline(&config, &mut frames(), |progress| {
-        let mut phases = phases.lock().unwrap();
-        phases.push(progress.phase);
-        phases.dedup();
-    });
+    let offline = run_offline(
+        &config,
+        &mut frames(),
+        |_| {},
+        |progress| {
+            let mut phases = phases.lock().unwrap();
+            phases.push(progress.phase);
+            phases.dedup();
+        },
+    );
     let offline = timeless(offline.unwrap());
     assert!(phases.lock().unwrap().len() >= 3, "search, refinement and end should be reported");
     assert!(offline.report.fit.records >= 2);
     assert_eq!(offline.report.fit.frames_lost, 12);
     assert_eq!(offline.report.joints.len(), 3);
 
-    let again = run_offline(&config, &mut frames(), |_| {}).unwrap();
+    let again = run_offline(&config, &mut frames(), |_| {}, |_| {}).unwrap();
     assert_eq!(timeless(again), offline);
 
     let stop = Stop::new();
@@ -112,7 +117,7 @@ fn the_work_on_a_record_goes_forward_only() {
     let config = config();
     let mut steps: Vec<(u64, f32)> = Vec::new();
     let note = |progress: &Progress| steps.push((progress.records, progress.fraction));
-    run_offline(&config, &mut source(&config, false), note).unwrap();
+    run_offline(&config, &mut source(&config, false), |_| {}, note).unwrap();
     let fractions = |of: u64| steps.iter().filter(move |(records, _)| *records == of);
     let records = steps.last().expect("no step at all").0;
     for record in 1..=records {
@@ -129,8 +134,9 @@ fn the_work_on_a_record_goes_forward_only() {
 #[test]
 fn a_source_that_breaks_costs_nothing_that_was_taken() {
     let config = config();
-    let whole = timeless(run_offline(&config, &mut source(&config, false), |_| {}).unwrap());
-    let offline = run_offline(&config, &mut source(&config, true), |_| {}).unwrap();
+    let whole =
+        timeless(run_offline(&config, &mut source(&config, false), |_| {}, |_| {}).unwrap());
+    let offline = run_offline(&config, &mut source(&config, true), |_| {}, |_| {}).unwrap();
     assert_eq!(offline.broken.as_ref().unwrap().to_string(), "unplugged");
     let broken = Trouble::RecordingBroken(clipped("unplugged"));
     assert_eq!(offline.troubles, std::slice::from_ref(&broken));
@@ -148,18 +154,18 @@ fn a_source_that_breaks_costs_nothing_that_was_taken() {
 fn without_a_finding_the_state_says_what_is_missing() {
     let config = config();
     let mut empty = Replay { frames: Vec::new().into_iter(), breaks: false };
-    let outcome = run_offline(&config, &mut empty, |_| {}).unwrap();
+    let outcome = run_offline(&config, &mut empty, |_| {}, |_| {}).unwrap();
     assert!(outcome.finding.is_none());
     assert_eq!(outcome.state, State::NoFrames);
     let mut short = frames(&config, &[[0.0; 3]], block);
     short.truncate(100);
     let without_joints = short.split_off(3);
     let mut short = Replay { frames: short.into_iter(), breaks: false };
-    let outcome = run_offline(&config, &mut short, |_| {}).unwrap();
+    let outcome = run_offline(&config, &mut short, |_| {}, |_| {}).unwrap();
     assert!(outcome.finding.is_none());
     assert_eq!(outcome.state, State::NoForce);
     let mut without_joints = Replay { frames: without_joints.into_iter(), breaks: false };
-    let outcome = run_offline(&config, &mut without_joints, |_| {}).unwrap();
+    let outcome = run_offline(&config, &mut without_joints, |_| {}, |_| {}).unwrap();
     assert!(outcome.finding.is_none());
     let joints = ["joint_1", "joint_2", "joint_3"].map(clipped);
     assert_eq!(outcome.state, State::NoAngles(joints.into_iter().collect()));

@@ -23,7 +23,7 @@ fn spoilt(spoil: impl FnMut(Arrival) -> Arrival) -> Outcome {
     let frames: Vec<_> =
         frames(&config, &[[0.0, -0.45, 0.95]], block).into_iter().map(spoil).collect();
     let mut source = Replay { frames: frames.into_iter(), breaks: false };
-    run_offline(&config, &mut source, |_| {}).unwrap()
+    run_offline(&config, &mut source, |_| {}, |_| {}).unwrap()
 }
 
 /// The frame with other data, if it is of this identifier.
@@ -152,7 +152,7 @@ fn a_joint_that_falls_silent_is_named() {
         let mut frames = frames(&config, &[[0.0, -0.45, 0.95]; 2], block);
         frames.retain(|arrival| arrival.frame().unwrap().id != third || arrival.time_s < first_s);
         let mut source = Replay { frames: frames.into_iter(), breaks: false };
-        let outcome = run_offline(&config, &mut source, |_| {}).unwrap();
+        let outcome = run_offline(&config, &mut source, |_| {}, |_| {}).unwrap();
         assert_eq!(outcome.state.to_string(), expected);
     }
 }

@@ -11,7 +11,7 @@ use super::{config, config_with, lines};
 /// Outcome of these frames: the acceptance, the warnings, and how the intake stands at their end.
 fn found(config: &Config, frames: Vec<Arrival>) -> (Acceptance, Vec<String>, String) {
     let mut source = Replay { frames: frames.into_iter(), breaks: false };
-    let outcome = run_offline(config, &mut source, |_| {}).unwrap();
+    let outcome = run_offline(config, &mut source, |_| {}, |_| {}).unwrap();
     let report = outcome.finding.expect("a finding").report;
     (report.fit.acceptance, lines(&report), outcome.state.to_string())
 }

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use anyhow::Result;
 use flexid_console::exit::{BadArgument, Told};
 use flexid_edge::console::{PrintError, print};
-use flexid_pipeline::check::{Survey, survey};
+use flexid_pipeline::check::survey;
 use flexid_pipeline::config::Config;
 
 use crate::check::{Check, json, table};
@@ -48,7 +48,10 @@ pub(super) fn run(args: &Args) -> Result<()> {
     let (config, mut survey) = match args.logs.as_slice() {
         [] => (config, None),
         logs => {
-            let (config, survey) = of_logs(&config, logs)?;
+            let meter = Meter::of_reading();
+            let (config, mut source) = recording::open(logs, &config, &meter)?;
+            let survey = survey(&config, &mut source, |records| meter.show_records(records))?;
+            meter.finish();
             (config, Some(survey))
         }
     };
@@ -69,13 +72,4 @@ pub(super) fn run(args: &Args) -> Result<()> {
         Ok(()) | Err(PrintError::Closed) if !is_ready => Err(Told.into()),
         printed => Ok(printed?),
     }
-}
-
-/// Surveys the logs. Returns the configuration that they complete, too.
-pub(super) fn of_logs(config: &Config, logs: &[PathBuf]) -> Result<(Config, Survey)> {
-    let meter = Meter::of_reading();
-    let (config, mut source) = recording::open(logs, config, &meter)?;
-    let survey = survey(&config, &mut source, |records| meter.show_records(records))?;
-    meter.finish();
-    Ok((config, survey))
 }

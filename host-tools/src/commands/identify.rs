@@ -6,7 +6,7 @@ use anyhow::{Result, anyhow};
 use flexid_console::output::{self, Output};
 use flexid_console::progress;
 use flexid_edge::console::{complain, print};
-use flexid_pipeline::check::Watched;
+use flexid_pipeline::check::Survey;
 use flexid_pipeline::clocks::{FoundClocks, Untold};
 use flexid_pipeline::config::Config;
 use flexid_pipeline::dynamics::Robot;
@@ -29,7 +29,6 @@ use flexid_wire::residuals::Meaning;
 use flexid_wire::state::{Obstacle, State};
 use flexid_wire::trouble::Trouble;
 
-use super::check::of_logs;
 use crate::check::{Check, of_other_angles};
 use crate::json::ResultJson;
 use crate::recording;
@@ -92,15 +91,12 @@ pub(super) fn run(args: &Args) -> Result<()> {
     output::is_not_stdout(args.json.as_deref().into_iter().chain(args.report.as_deref()))?;
     let json = args.json.as_deref().map(Output::create).transpose()?;
     let page = args.report.as_deref().map(Output::create).transpose()?;
-    let is_read_again = args.logs.iter().all(|log| recording::is_file(log));
-    if is_read_again {
-        warn_at_once(&config, &args.logs)?;
-    }
     let Identified { config, finding, robot, statics, evidence, clocks, broken } = match args
         .logs
         .as_slice()
     {
         [] => {
+            warn_at_once(&config, None);
             let nothing = "nothing to identify from: name a LOG of candump -L or a table, or give static tests in [static]";
             let identified = run_statics(&config)?;
             let (finding, statics, robot) =
@@ -118,9 +114,6 @@ pub(super) fn run(args: &Args) -> Result<()> {
         }
         logs => from_logs(&config, logs)?,
     };
-    if !is_read_again {
-        warn_at_once(&config, &[])?;
-    }
     let coverage = truth.as_ref().map(|truth| Coverage::of(&finding, truth));
     let written = if json.is_some() || page.is_some() {
         let origin = origin(args, &config, evidence.as_ref());
@@ -276,12 +269,16 @@ struct Identified {
 fn from_logs(config: &Config, logs: &[PathBuf]) -> Result<Identified> {
     let meter = Meter::new();
     let (config, mut source) = recording::open(logs, config, &meter)?;
-    let mut source = Watched::new(&config, &mut source);
     let mut work = Work::default();
-    let outcome = run_offline(&config, &mut source, |progress| meter.show(&mut work, progress))?;
+    let mut other_robot = None;
+    let on_survey = |survey: &Survey| {
+        meter.pause(|| warn_at_once(&config, Some(survey)));
+        other_robot = of_other_angles(&config, &survey.expected, &survey.unexpected);
+    };
+    let outcome =
+        run_offline(&config, &mut source, on_survey, |progress| meter.show(&mut work, progress))?;
     meter.finish();
-    let other_robot = of_other_angles(&config, &source.expected(), &source.unexpected())
-        .map(|finding| finding.to_string());
+    let other_robot = other_robot.map(|finding| finding.to_string());
     let evidence = Some(Evidence::of(&outcome)).filter(|evidence| !evidence.records.is_empty());
     let Outcome { finding, robot, statics, clocks, state, troubles, broken, .. } = outcome;
 
@@ -319,16 +316,10 @@ fn from_logs(config: &Config, logs: &[PathBuf]) -> Result<Identified> {
     Err(BadInput::new(first, no_record(&config, logs, &state, besides)).into())
 }
 
-/// Warns of what `check` sees in configuration and logs. Logs that can be read only once are not among them: their errors come first.
-fn warn_at_once(config: &Config, logs: &[PathBuf]) -> Result<()> {
-    let surveyed = if logs.is_empty() { None } else { Some(of_logs(config, logs)?) };
-    let (config, survey) = match &surveyed {
-        Some((config, survey)) => (config, Some(survey)),
-        None => (config, None),
-    };
+/// Warns of what `check` sees in configuration and logs.
+fn warn_at_once(config: &Config, survey: Option<&Survey>) {
     let check = Check::new(config, survey);
     check.at_once().for_each(|finding| complain(&format!("warning: {finding}")));
-    Ok(())
 }
 
 /// Returns whether samples of both sensors have come.

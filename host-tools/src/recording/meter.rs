@@ -87,6 +87,11 @@ impl Meter {
         self.bar.set_message(format!("reading, {}", count(records, "record")));
     }
 
+    /// Hides the bar meanwhile.
+    pub(crate) fn pause(&self, work: impl FnOnce()) {
+        self.bar.suspend(work);
+    }
+
     /// Removes the bar.
     pub(crate) fn finish(&self) {
         self.bar.finish_and_clear();

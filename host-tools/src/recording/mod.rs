@@ -69,11 +69,6 @@ impl FrameSource for Log {
     }
 }
 
-/// Returns whether a log is a file, which can be read again, and not standard input or a pipe.
-pub(crate) fn is_file(name: &Path) -> bool {
-    name.as_os_str() != STANDARD_INPUT && fs::metadata(name).is_ok_and(|log| log.is_file())
-}
-
 /// Opens the recordings of a configuration as one source, and returns it with the configuration that they complete: tables have their own steps,
 /// and perhaps their own rate. It opens and checks each at once, so that it reports a wrong name before the work begins. In place of a last line
 /// that is cut off there comes an error, as at the end of packed data that are cut off.

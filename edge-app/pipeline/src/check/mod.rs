@@ -30,12 +30,14 @@ use crate::config::Config;
 use crate::intake::{Counts, Intake, obstacle, plausibility, rate_used, wrong_rate};
 use crate::offline::on_a_large_stack;
 use crate::record::Record;
+use crate::solver::Candidate;
 use crate::source::{Flow, FrameSource};
 pub use blows::Blows;
 pub use excitation::{Excitation, Octave};
 pub use record::Examined;
 use record::Examiner;
-pub use traffic::{Identifier, Traffic, Watched};
+use traffic::Watched;
+pub use traffic::{Identifier, Traffic};
 
 pub use crate::intake::plausibility::rest::AtRest;
 
@@ -106,50 +108,93 @@ impl Survey {
 pub fn survey(
     config: &Config,
     source: &mut dyn FrameSource,
-    on_record: impl FnMut(u64) + Send,
+    mut on_record: impl FnMut(u64) + Send,
 ) -> io::Result<Survey> {
-    on_a_large_stack(|| run(config, source, on_record))
+    on_a_large_stack(|| {
+        let mut surveyor = Surveyor::new(config, source)?;
+        let mut records = 0;
+        let mut take = |_: Candidate<'_>| {
+            records += 1;
+            on_record(records);
+        };
+        surveyor.read(&mut take);
+        surveyor.finish(&mut take);
+        Ok(surveyor.survey())
+    })
 }
 
-fn run(
-    config: &Config,
-    source: &mut dyn FrameSource,
-    mut on_record: impl FnMut(u64),
-) -> io::Result<Survey> {
-    let mut intake = Intake::new(config)?;
-    let mut examiner = Examiner::new(config)?;
-    let mut source = Watched::new(config, source);
-    let mut take = |record: &Record| on_record(examiner.examine(record));
-    let broken = loop {
-        match intake.read(&mut source, Duration::MAX, &mut take) {
-            Ok(Flow::Open) => {}
-            Ok(Flow::Ended) => break None,
-            Err(error) => break Some(error),
+/// Reads the frames of a source, and hands on each record that it has examined.
+pub(crate) struct Surveyor<'a> {
+    config: &'a Config,
+    source: Watched<'a>,
+    intake: Intake<'a>,
+    examiner: Examiner<'a>,
+    broken: Option<io::Error>,
+}
+
+impl<'a> Surveyor<'a> {
+    /// # Errors
+    /// A checked config gives no error.
+    pub(crate) fn new(config: &'a Config, source: &'a mut dyn FrameSource) -> io::Result<Self> {
+        Ok(Self {
+            config,
+            source: Watched::new(config, source),
+            intake: Intake::new(config)?,
+            examiner: Examiner::new(config)?,
+            broken: None,
+        })
+    }
+
+    /// Reads the frames to their end, or as far as they can be read.
+    pub(crate) fn read(&mut self, mut take: impl FnMut(Candidate<'_>)) {
+        let Self { source, intake, examiner, .. } = self;
+        let mut examine = |record: &Record| take(examiner.examine(record));
+        self.broken = loop {
+            match intake.read(source, Duration::MAX, &mut examine) {
+                Ok(Flow::Open) => {}
+                Ok(Flow::Ended) => break None,
+                Err(error) => break Some(error),
+            }
+        };
+    }
+
+    /// Returns what the frames tell of the clocks, if each sensor has its own. Their records come from [`Surveyor::finish`].
+    pub(crate) fn tell_clocks(&mut self) -> Option<&Result<FoundClocks, Untold>> {
+        self.intake.tell_clocks()
+    }
+
+    /// Hands on the last records.
+    pub(crate) fn finish(&mut self, mut take: impl FnMut(Candidate<'_>)) {
+        let Self { intake, examiner, .. } = self;
+        intake.finish(|record| take(examiner.examine(record)));
+    }
+
+    /// Returns the content of the frames.
+    pub(crate) fn survey(self) -> Survey {
+        let Self { config, source, mut intake, examiner, broken } = self;
+        let breaks = broken.iter().map(|error| Trouble::RecordingBroken(clipped(error)));
+        let counts = intake.counts();
+        let readings = &counts.implausible;
+        Survey {
+            clocks: intake.tell_clocks().cloned(),
+            state: intake.state(config),
+            obstacle: obstacle(&counts, config),
+            elsewhere: source.elsewhere(),
+            began_s: source.began_s().unwrap_or_default(),
+            silent: intake.silent_joints().map(str::to_owned).collect(),
+            troubles: breaks.chain(source.health().troubles).collect(),
+            expected: source.expected(),
+            unexpected: source.unexpected(),
+            implausible: plausibility::warnings(readings, &counts.at_limit, config),
+            at_limit: plausibility::signals(&counts.at_limit, config),
+            at_rest: readings.rest.and_then(|mean| plausibility::rest::at_rest(mean, config)),
+            faint_force_n: plausibility::faint_force(readings),
+            scale: examiner.scale(),
+            axes: examiner.axes(),
+            rate: wrong_rate(&counts, config).map(|rate| (rate, rate_used(&counts.stream))),
+            records: examiner.records,
+            counts,
+            broken,
         }
-    };
-    intake.finish(&mut take);
-    let breaks = broken.iter().map(|error| Trouble::RecordingBroken(clipped(error)));
-    let counts = intake.counts();
-    let readings = &counts.implausible;
-    Ok(Survey {
-        clocks: intake.tell_clocks().cloned(),
-        state: intake.state(config),
-        obstacle: obstacle(&counts, config),
-        elsewhere: source.elsewhere(),
-        began_s: source.began_s().unwrap_or_default(),
-        silent: intake.silent_joints().map(str::to_owned).collect(),
-        troubles: breaks.chain(source.health().troubles).collect(),
-        expected: source.expected(),
-        unexpected: source.unexpected(),
-        implausible: plausibility::warnings(readings, &counts.at_limit, config),
-        at_limit: plausibility::signals(&counts.at_limit, config),
-        at_rest: readings.rest.and_then(|mean| plausibility::rest::at_rest(mean, config)),
-        faint_force_n: plausibility::faint_force(readings),
-        scale: examiner.scale(),
-        axes: examiner.axes(),
-        rate: wrong_rate(&counts, config).map(|rate| (rate, rate_used(&counts.stream))),
-        records: examiner.records,
-        counts,
-        broken,
-    })
+    }
 }

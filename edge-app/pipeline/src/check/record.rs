@@ -14,7 +14,7 @@ use super::excitation::Excitation;
 use crate::config::Config;
 use crate::intake::plausibility::{Axes, Scale};
 use crate::record::{Record, SAMPLES, same_pose};
-use crate::solver::{Fingerprint, Taken, experiment};
+use crate::solver::{Candidate, Fingerprint, Taken, experiment};
 use crate::unchecked;
 
 /// Content of a record.
@@ -86,20 +86,23 @@ impl<'a> Examiner<'a> {
         })
     }
 
-    /// Examines the next record. Returns its number, from 1.
-    pub(super) fn examine(&mut self, record: &Record) -> u64 {
+    /// Examines the next record.
+    pub(super) fn examine<'r>(&mut self, record: &'r Record) -> Candidate<'r> {
         let number = 1 + self.records.len() as u64;
         let fingerprint = Fingerprint::of(record);
         let repeats = self.taken.original(&fingerprint);
         let Self { config, chain, stiffest, buffer, .. } = self;
         let experiment = experiment(config, chain, stiffest, record, buffer);
-        if let (Ok(experiment), None) = (&experiment, repeats) {
-            self.taken.add(number, fingerprint);
+        let measurement = self.config.measurement();
+        let ratio = experiment.as_ref().ok().and_then(|experiment| {
             // An experiment of this chain has a target.
-            if let Ok(target) =
-                Target::new(&self.chain, &self.config.measurement(), experiment.site())
-            {
-                self.scale.note(&target, experiment);
+            let target = Target::new(&self.chain, &measurement, experiment.site()).ok()?;
+            Some(self.scale.ratio(&target, experiment))
+        });
+        if let (Ok(experiment), None) = (&experiment, repeats) {
+            self.taken.add(number, fingerprint.clone());
+            if let Some(ratio) = ratio {
+                self.scale.note(ratio);
                 self.axes.note(experiment);
             }
         }
@@ -117,11 +120,13 @@ impl<'a> Examiner<'a> {
             quiet_samples,
             quiet_s: quiet_samples as f64 / record.rate_hz,
             starts_at_rest: record.starts_at_rest,
-            excitation: experiment
-                .map(|experiment| Excitation::of(&experiment, self.config.band_hz)),
+            excitation: match &experiment {
+                Ok(experiment) => Ok(Excitation::of(experiment, self.config.band_hz)),
+                Err(fault) => Err(fault.clone()),
+            },
             blows: self.config.signals.has_part_of_force().then(|| Blows::of(record)).flatten(),
         });
-        number
+        Candidate { record, fingerprint, experiment, ratio }
     }
 
     /// Warning that force and acceleration do not agree with the model's masses.

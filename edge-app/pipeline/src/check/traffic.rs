@@ -73,7 +73,7 @@ fn named(names: &[String]) -> Vec<String> {
 }
 
 /// A source whose frames are counted.
-pub struct Watched<'a> {
+pub(super) struct Watched<'a> {
     source: &'a mut dyn FrameSource,
     table: &'a SignalTable,
     expected: HashMap<Id, Traffic>,
@@ -92,7 +92,7 @@ pub struct Watched<'a> {
 
 impl<'a> Watched<'a> {
     /// Makes a source that has not read any frame.
-    pub fn new(config: &'a Config, source: &'a mut dyn FrameSource) -> Self {
+    pub(super) fn new(config: &'a Config, source: &'a mut dyn FrameSource) -> Self {
         let table = &config.signals;
         let expected = table.identifiers().into_iter().map(|id| (id, Traffic::default())).collect();
         Self {
@@ -109,7 +109,7 @@ impl<'a> Watched<'a> {
     }
 
     /// Returns the identifiers of the table with their frames, in its order.
-    pub fn expected(&self) -> Vec<Identifier> {
+    pub(super) fn expected(&self) -> Vec<Identifier> {
         if self.table.is_of_columns() {
             return self.columns().collect();
         }
@@ -132,7 +132,7 @@ impl<'a> Watched<'a> {
     }
 
     /// Returns the other identifiers, the most frequent first, and equally frequent ones in ascending order.
-    pub fn unexpected(&self) -> Vec<Identifier> {
+    pub(super) fn unexpected(&self) -> Vec<Identifier> {
         let all = self.unexpected.iter().map(|(id, traffic)| self.identifier(*id, *traffic));
         let mut all: Vec<_> = all.collect();
         all.sort_by_key(|other| (u64::MAX - other.traffic.frames, other.id));
@@ -149,12 +149,12 @@ impl<'a> Watched<'a> {
     }
 
     /// Returns the time of the first frame, s.
-    pub fn began_s(&self) -> Option<f64> {
+    pub(super) fn began_s(&self) -> Option<f64> {
         self.began_s
     }
 
     /// Returns the identifiers of the table that came on another bus, with its name.
-    pub fn elsewhere(&self) -> Vec<(FrameId, String)> {
+    pub(super) fn elsewhere(&self) -> Vec<(FrameId, String)> {
         let mut all = self.source.health().elsewhere;
         all.retain(|other| self.expected.contains_key(&other.id));
         all.sort_by_key(|other| u64::MAX - other.frames);

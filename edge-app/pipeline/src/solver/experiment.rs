@@ -8,6 +8,18 @@ use crate::config::Config;
 use crate::record::{Experiment, Record, SAMPLES};
 use crate::report::{without_equilibrium, without_spectrum};
 
+use super::Fingerprint;
+
+/// A record that has been examined.
+pub(crate) struct Candidate<'a> {
+    pub(crate) record: &'a Record,
+    pub(crate) fingerprint: Fingerprint,
+    /// The experiment of the record, or the fault for which a fit refuses it.
+    pub(crate) experiment: Result<Experiment, RecordFault>,
+    /// Ratio of its acceleration to that of the model's masses. `None` of a record that is refused.
+    pub(crate) ratio: Option<f64>,
+}
+
 /// Makes the experiment of a record. `chain` is that of the config's model, `stiffest` the robot at the upper ends of its bounds.
 /// `buffer` is overwritten.
 ///

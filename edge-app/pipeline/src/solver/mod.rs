@@ -37,7 +37,7 @@ use crate::text::count;
 use crate::unchecked;
 use course::Course;
 pub use course::CoursePoint;
-pub(crate) use experiment::experiment;
+pub(crate) use experiment::{Candidate, experiment};
 pub use fitted::{FittedBin, FittedRecord};
 pub(crate) use repeats::{Fingerprint, Taken};
 use retention::{Entry, Room, find_room};
@@ -213,7 +213,7 @@ impl Solver {
             self.came += 1;
             match self.experiment(record) {
                 Ok(experiment) => {
-                    self.note_scale(&experiment);
+                    self.note_agreement(&experiment, self.ratio(&experiment));
                     self.experiments.push(experiment);
                     self.sources.push(Arc::clone(record));
                     self.numbers.push(self.came);
@@ -280,14 +280,41 @@ impl Solver {
     /// Takes in a record. If another record must make room for it, works first until the earlier records are settled, as
     /// [`Solver::work`] does.
     pub fn admit(&mut self, record: &Record, stop: &Stop, on_progress: impl FnMut(&Progress)) {
+        let made = |solver: &mut Self| {
+            let experiment = solver.experiment(record)?;
+            let ratio = solver.ratio(&experiment);
+            Ok((experiment, ratio))
+        };
+        self.admit_made(record, Fingerprint::of(record), made, stop, on_progress);
+    }
+
+    /// As [`Solver::admit`], for a record that has been examined.
+    pub(crate) fn admit_examined(
+        &mut self,
+        candidate: Candidate<'_>,
+        stop: &Stop,
+        on_progress: impl FnMut(&Progress),
+    ) {
+        let Candidate { record, fingerprint, experiment, ratio } = candidate;
+        let made = |_: &mut Self| Ok((experiment?, ratio));
+        self.admit_made(record, fingerprint, made, stop, on_progress);
+    }
+
+    fn admit_made(
+        &mut self,
+        record: &Record,
+        fingerprint: Fingerprint,
+        made: impl FnOnce(&mut Self) -> Result<(Experiment, Option<f64>), RecordFault>,
+        stop: &Stop,
+        on_progress: impl FnMut(&Progress),
+    ) {
         self.came += 1;
-        let fingerprint = Fingerprint::of(record);
         if self.taken.has(self.came, &fingerprint) {
             return;
         }
-        match self.experiment(record) {
-            Ok(experiment) => {
-                self.note_scale(&experiment);
+        match made(self) {
+            Ok((experiment, ratio)) => {
+                self.note_agreement(&experiment, ratio);
                 if matches!(self.room(&experiment), Room::Instead(_)) {
                     self.work(stop, || false, on_progress);
                 }
@@ -472,11 +499,17 @@ impl Solver {
         experiment(&self.config, &self.chain, &self.stiffest, record, &mut self.buffer)
     }
 
-    /// Notes how the acceleration of a record agrees with the model's masses.
-    fn note_scale(&mut self, experiment: &Experiment) {
+    /// Returns the ratio of the acceleration of a record to that of the model's masses.
+    fn ratio(&self, experiment: &Experiment) -> Option<f64> {
         // An experiment of this chain has a target.
-        if let Ok(target) = Target::new(&self.chain, &self.measurement, experiment.site()) {
-            self.scale.note(&target, experiment);
+        let target = Target::new(&self.chain, &self.measurement, experiment.site()).ok()?;
+        Some(self.scale.ratio(&target, experiment))
+    }
+
+    /// Notes this ratio, and which axes of a record may be wrong.
+    fn note_agreement(&mut self, experiment: &Experiment, ratio: Option<f64>) {
+        if let Some(ratio) = ratio {
+            self.scale.note(ratio);
             self.axes.note(experiment);
         }
     }

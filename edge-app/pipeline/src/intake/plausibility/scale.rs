@@ -54,20 +54,20 @@ impl Scale {
         Self { robots, level, ratios: VecDeque::new() }
     }
 
-    /// Adds the ratio of a record. `target` is the chain at its pose.
-    pub(crate) fn note(&mut self, target: &Target, experiment: &Experiment) {
-        let mut model = [f64::INFINITY, 0.0];
-        let mut measured = 0.0;
-        for robot in &self.robots {
-            let energies = spectral::energies(target, experiment, robot, self.level);
-            measured = f64::from(energies.measured);
-            let modelled = f64::from(energies.modelled);
-            model = [model[0].min(modelled), model[1].max(modelled)];
-        }
+    /// Returns the ratio of a record. `target` is the chain at its pose.
+    pub(crate) fn ratio(&self, target: &Target, experiment: &Experiment) -> f64 {
+        let energies = spectral::energies(target, experiment, &self.robots, self.level);
+        let measured = f64::from(energies.measured);
+        let [least, most] = energies.modelled.map(f64::from);
+        (measured / measured.clamp(least, most)).sqrt()
+    }
+
+    /// Adds the ratio of a record.
+    pub(crate) fn note(&mut self, ratio: f64) {
         if self.ratios.len() == MAX_EXPERIMENTS {
             self.ratios.pop_front();
         }
-        self.ratios.push_back((measured / measured.clamp(model[0], model[1])).sqrt());
+        self.ratios.push_back(ratio);
     }
 
     /// Returns a warning about the units or the masses, if the median ratio of the records is implausible.
