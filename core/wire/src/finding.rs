@@ -118,8 +118,8 @@ mod tests {
         let pairs = [
             (Warning::Unused(refused.clone()), State::Unused(refused)),
             (
-                Warning::Misfit(misfit(MisfitKind::Fd)),
-                State::Obstacle(Obstacle::Misfit(misfit(MisfitKind::Fd))),
+                Warning::Misfit(misfit(MisfitKind::Incomplete)),
+                State::Obstacle(Obstacle::Misfit(misfit(MisfitKind::Incomplete))),
             ),
             (
                 Warning::WrongLength { frames: 4, worst: long },

@@ -47,8 +47,8 @@ pub enum MisfitKind {
     },
     /// The frame is a remote request.
     Remote,
-    /// The frame is a CAN FD frame.
-    Fd,
+    /// Other frames of its sample are missing.
+    Incomplete,
 }
 
 /// Identifiers without a signal, beside the identifiers that have one.
@@ -92,7 +92,9 @@ impl fmt::Display for Misfit {
                 " have {got} bytes, by [bus] dbc {expected}: mend the DBC file or the sender"
             )?,
             MisfitKind::Remote => f.write_str(" are remote requests: does the sensor answer?")?,
-            MisfitKind::Fd => f.write_str(" are CAN FD: set the sender to classical CAN")?,
+            MisfitKind::Incomplete => f.write_str(
+                " lack others of their samples: let the sensor send all of them, and the bus lose none",
+            )?,
         }
         write!(f, " ({} so far)", self.frames)
     }

@@ -167,7 +167,7 @@ fn warnings() -> Vec<Warning> {
             frames: 641,
             worst: misfit(MisfitKind::Length { got: 7, expected: 8 }),
         },
-        Warning::Misfit(misfit(MisfitKind::Fd)),
+        Warning::Misfit(misfit(MisfitKind::Incomplete)),
         Warning::BusErrors { errors: 300 },
         Warning::NoRecord(State::NoForce),
         Warning::StaticOutlier { line: 12, deviations: 6.5, chance: 0.000244140625 },
@@ -240,7 +240,9 @@ fn every_kind_is_frozen() {
         };
         frozen.one("BeyondLimits", &slide);
     }
-    for kind in [MisfitKind::Length { got: 7, expected: 8 }, MisfitKind::Remote, MisfitKind::Fd] {
+    for kind in
+        [MisfitKind::Length { got: 7, expected: 8 }, MisfitKind::Remote, MisfitKind::Incomplete]
+    {
         frozen.one("Misfit", &misfit(kind));
     }
     frozen.one("UnknownFrames", &unknown_frames());

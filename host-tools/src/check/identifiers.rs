@@ -116,7 +116,12 @@ fn of_form(survey: &Survey) -> Option<Finding> {
         MisfitKind::Remote => {
             (format!("{id} has remote requests only"), "see whether the sensor answers")
         }
-        MisfitKind::Fd => (format!("{id} has CAN FD frames"), "set the sender to classical CAN"),
+        // They are counted with those that are lost.
+        MisfitKind::Incomplete if others_fit => return None,
+        MisfitKind::Incomplete => (
+            format!("{id} comes without the other frames of its samples"),
+            "let the sensor send all of them, or name no signal of those that do not come",
+        ),
     };
     let severity = if others_fit { unless_all_is_lost(survey) } else { Wrong };
     Some(Finding::new(severity, ABOUT, format!("{what}: {}", count(frames, "frame")), mend))

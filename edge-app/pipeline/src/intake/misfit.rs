@@ -27,11 +27,12 @@ impl Misfits {
         self.fitting.insert(frame_id(frame.id));
     }
 
-    pub(super) fn add(&mut self, frame: &Frame, kind: MisfitKind) {
+    /// Adds `frames` like this one.
+    pub(super) fn add(&mut self, frame: &Frame, kind: MisfitKind, frames: u64) {
         let id = frame_id(frame.id);
         match self.seen.iter_mut().find(|misfit| (misfit.id, misfit.kind) == (id, kind)) {
-            Some(misfit) => misfit.frames += 1,
-            None => self.seen.push(Misfit { id, kind, frames: 1, others_fit: false }),
+            Some(misfit) => misfit.frames += frames,
+            None => self.seen.push(Misfit { id, kind, frames, others_fit: false }),
         }
     }
 

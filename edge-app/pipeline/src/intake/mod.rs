@@ -158,7 +158,12 @@ impl<'a> Intake<'a> {
         match decoded {
             None => {}
             Some((frame, Ok(limits))) => {
-                misfits.fits(&frame);
+                let left_out = decoder.left_out() - counts.left_out;
+                counts.left_out += left_out;
+                match left_out {
+                    0 => misfits.fits(&frame),
+                    frames => misfits.add(&frame, MisfitKind::Incomplete, frames),
+                }
                 counts.clipped += u64::from(limits.contains(&true));
                 for (count, limit) in counts.at_limit.iter_mut().zip(limits) {
                     *count += u64::from(limit);
@@ -230,7 +235,6 @@ impl<'a> Intake<'a> {
         Counts {
             misfit: self.misfits.worst_since(&[]),
             standing_still: self.reading_faults.standing_still,
-            left_out: self.decoder.left_out(),
             not_finite: self.reading_faults.not_finite,
             implausible: self.plausibility.implausible(),
             stream: self.stream_health(),
@@ -244,6 +248,7 @@ impl<'a> Intake<'a> {
         let mut health = self.stream.health();
         health.add_invalid(&self.judged);
         if let Some(Ok(found)) = &self.clocks {
+            health.frames = found.sensors.iter().map(|own| own.frames).sum();
             health.frames_lost = found.lost();
             health.frames_unheard = health.frames_unheard.min(health.frames_lost);
         }
@@ -341,11 +346,11 @@ fn count(frame: &Frame, reason: NoReading, counts: &mut Counts, misfits: &mut Mi
     match reason {
         NoReading::WrongLength { expected } => {
             let got = frame.data().len() as u8;
-            misfits.add(frame, MisfitKind::Length { got, expected });
+            misfits.add(frame, MisfitKind::Length { got, expected }, 1);
             counts.wrong_length += 1;
         }
         NoReading::NotData => {
-            misfits.add(frame, MisfitKind::Remote);
+            misfits.add(frame, MisfitKind::Remote, 1);
             counts.not_data += 1;
         }
         NoReading::UnknownId => counts.unknown += 1,

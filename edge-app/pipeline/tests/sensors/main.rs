@@ -7,9 +7,12 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use flexid_core::stream::Reading;
+use flexid_pipeline::check::survey;
 use flexid_pipeline::config::Config;
 use flexid_pipeline::signals::{Clocks, Decoder, NoReading};
 use flexid_pipeline::source::{CandumpLog, Flow, FrameSource as _};
+use flexid_wire::misfits::{FrameId, Misfit, MisfitKind};
+use flexid_wire::state::{Obstacle, State};
 
 /// Samples of several frames that show the order of their frames.
 const SHOWN: usize = 64;
@@ -169,4 +172,17 @@ fn can_fd() {
         (Clocks::Common, 32)
     );
     assert_eq!((read.left_out, read.refused.len()), (0, 0));
+}
+
+/// A sensor of which one frame never comes has no sample, and is not silent.
+#[test]
+fn a_frame_that_never_comes_is_named() {
+    let config = Config::load(&file("ati-xsens.toml")).unwrap();
+    let line = |number| format!("(1767000000.{:06}) can0 200#0000EDBFF5F9F5DF\n", 1000 * number);
+    let log: String = (0..1000).map(line).collect();
+    let mut source = CandumpLog::new(Path::new("half.log"), log.as_bytes());
+    let survey = survey(&config, &mut source, |_| {}).unwrap();
+    let (id, kind) = (FrameId::Standard(0x200), MisfitKind::Incomplete);
+    let misfit = Misfit { id, kind, frames: 896, others_fit: true };
+    assert_eq!(survey.state, State::Obstacle(Obstacle::Misfit(misfit)));
 }
