@@ -70,13 +70,16 @@ impl Motion {
         difference > (CLEARLY * self.usual).max(self.small())
     }
 
-    /// Returns whether the axis moves by more than small differences just before the samples from `first` on, and just after those before `end`. A
-    /// missing sample counts as motion: it may be a held one that was removed just before.
+    /// Returns whether the axis moves by more than small differences just before the samples from `first` on, and just after those before `end`,
+    /// among those that are not missing: of held samples that were removed the first one is left. Where there is no other one, it counts as motion.
     pub(super) fn moves_beside(&self, signal: &[f32], first: usize, end: usize) -> bool {
-        let moves = |part: &[f32]| {
-            part.len() < 2 || part.windows(2).any(|pair| !self.is_small(pair[1] - pair[0]))
-        };
-        moves(&signal[first.saturating_sub(BESIDE)..=first])
-            && moves(&signal[end - 1..(end + BESIDE).min(signal.len())])
+        self.moves_along(signal[..=first].iter().rev())
+            && self.moves_along(signal[end - 1..].iter())
+    }
+
+    fn moves_along<'a>(&self, samples: impl Iterator<Item = &'a f32>) -> bool {
+        let known = samples.filter(|value| !value.is_nan()).take(1 + BESIDE);
+        let known: Vec<f32, { 1 + BESIDE }> = known.copied().collect();
+        known.len() < 2 || known.windows(2).any(|pair| !self.is_small(pair[1] - pair[0]))
     }
 }

@@ -202,6 +202,21 @@ fn a_sensor_at_half_of_the_rate_is_held() {
     }
 }
 
+/// The accelerometer rests, in coarse steps, while a bus loses one frame in five; then the robot moves.
+#[test]
+fn rest_on_a_lossy_bus_is_not_held() {
+    let mut noises = Noises(3);
+    let mut signals: [Vec<f32, SAMPLES>; 3] = core::array::from_fn(|_| {
+        let size = |n: usize| if n < SAMPLES / 2 { 0.1 * STEP } else { 20.0 };
+        (0..SAMPLES).map(|n| rounded(size(n) * noises.next(), STEP)).collect()
+    });
+    for n in (0..SAMPLES).step_by(5) {
+        signals.iter_mut().for_each(|signal| signal[n] = f32::NAN);
+    }
+    let invalid = of_acceleration(&mut Validity::new([STEP; 2]), &mut signals);
+    assert_eq!(invalid, Invalid::default());
+}
+
 /// A sensor that is now and then late for its frame.
 #[test]
 fn few_repeated_samples_are_few() {
