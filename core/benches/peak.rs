@@ -12,15 +12,24 @@ mod kernels;
 use std::hint::black_box;
 use std::time::Instant;
 
+use common::fits::{parameters, problem};
+use common::milling::{Conditions, SAMPLES, cut, experiments, record};
+use common::{MEASUREMENT, Random, bounds, mill3, nominal};
 use fearless_simd::Level;
+use flexid_core::chain::Chain;
+use flexid_core::parameters::Bushings;
 use flexid_core::receptance::lanes::{Kernel, Lanes, Precision};
+use flexid_core::refine::{Outcome, Problem, Refinement};
+use flexid_core::spectrum::Experiment;
 use kernels::counted::{Operations, operations};
-use kernels::{BINS, Bins, Gradients, Values, at_most_avx2};
+use kernels::{BINS, Bins, Gradients, Values, at_most_avx2, step};
 
 /// Rounds of one timing of the peak: a few tens of µs.
 const ROUNDS: usize = 20_000;
 /// Timings of which the best counts.
 const TRIES: usize = 2_000;
+/// Steps of the refinement of which the shortest counts.
+const STEPS: usize = 20;
 
 /// Sums that fused multiply-adds go on, independent of each other.
 struct Sums<const N: usize>;
@@ -85,6 +94,73 @@ fn main() {
             "{:<8}  3 f64: value and gradient of 36 parameters take {without:.2} times the value, with a seam {with:.2}",
             name(level)
         );
+        for (joints, robot) in [(3, Robot::scenario()), (6, Robot::random(6))] {
+            let least = robot.multiplications() / (0.5e9 * peak);
+            let seconds = robot.step(level);
+            println!(
+                "{:<8} {joints:>2} f64: a step of the refinement on three experiments takes {:.2} ms, {:.2} times what its multiplications take",
+                name(level),
+                1e3 * seconds,
+                seconds / least
+            );
+        }
+    }
+}
+
+/// A robot, and records of it.
+struct Robot {
+    chain: Chain,
+    bushings: Bushings,
+    experiments: Vec<Experiment<{ common::BINS }>>,
+}
+
+impl Robot {
+    /// The reference scenario's, of three joints.
+    fn scenario() -> Self {
+        let experiments = experiments(&nominal(), &mut Random::new(1));
+        Self { chain: mill3(), bushings: nominal(), experiments }
+    }
+
+    /// A robot drawn at random, with three experiments like those of the scenario.
+    fn random(joints: usize) -> Self {
+        let mut random = Random::new(0);
+        let (chain, bushings) = (random.chain(joints), random.bushings(joints));
+        let mut buffer = [0.0; SAMPLES];
+        let experiments = (0..3).map(|feed| {
+            let force = cut(&mut random, [700.0, 4000.0], feed);
+            let pose = random.pose(joints);
+            let conditions = Conditions::default();
+            let record = record(&chain, &pose, &bushings, &force, &conditions, &mut random);
+            let experiment = Experiment::new(&chain, &MEASUREMENT, &record, &mut buffer);
+            experiment.expect("a good record")
+        });
+        Self { experiments: experiments.collect(), chain, bushings }
+    }
+
+    fn multiplications(&self) -> f64 {
+        let bins = self.experiments.iter().map(Experiment::bins).sum();
+        step::multiplications(self.chain.joints().len(), bins, self.experiments.len())
+    }
+
+    /// Shortest time of an accepted step, s.
+    fn step(&self, level: Level) -> f64 {
+        let Self { chain, bushings, experiments } = self;
+        let (bounds, sought) = (bounds(), parameters(chain.joints().len()));
+        let problem = Problem { level, ..problem(chain, &MEASUREMENT, &bounds, &sought) };
+        let mut guess = bushings.clone();
+        guess.iter_mut().flat_map(|bushing| &mut bushing.stiffness).for_each(|k| *k *= 1.05);
+        let mut shortest = f64::INFINITY;
+        for _ in 0..STEPS {
+            let mut refinement = Box::new(Refinement::new(&sought, &guess));
+            // The first step begins where nothing has been evaluated.
+            assert_eq!(refinement.step(&problem, experiments), Outcome::Improving);
+            let before = refinement.bushings(&sought);
+            let start = Instant::now();
+            black_box(refinement.step(&problem, experiments));
+            shortest = shortest.min(start.elapsed().as_secs_f64());
+            assert!(refinement.bushings(&sought) != before, "the step is rejected");
+        }
+        shortest
     }
 }
 

@@ -3,6 +3,7 @@
 #![allow(dead_code)]
 
 pub(crate) mod counted;
+pub(crate) mod step;
 
 use fearless_simd::Level;
 use flexid_core::receptance::lanes::{Kernel, Lanes, Precision, Scalar};
