@@ -87,11 +87,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
     let config = Config::load(&args.config)?;
     let most = args.experiments.map_or(usize::MAX, |count| count as usize);
     let scenario = Scenario::of_first(&config, most)?;
-    let mut simulator = Simulator::of(&config, scenario, args.truth, quality, args.seed)?;
-    if let Some(file) = &args.plant {
-        simulator = simulator.with_plant(file, &config.model)?;
-        warn_of_perfect_accuracies(&config);
-    }
+    let mut simulator = simulator(args, &config, scenario, quality)?;
     let experiments = experiments(args, &config, &simulator);
     let read = config.files().chain(config.scenario.as_deref()).chain(args.plant.as_deref());
     output::is_not_stdout(args.candump.as_deref().into_iter().chain(args.truth_json.as_deref()))?;
@@ -134,6 +130,20 @@ pub(super) fn run(args: &Args) -> Result<()> {
     let done = format!("{} of {}", count(frames, "frame"), count(done, "experiment"));
     let what = if args.candump.is_some() { "written" } else { "sent" };
     Ok(print(&format!("{done} {what}\n"))?)
+}
+
+/// The simulator of a scenario, with the plant if there is one.
+fn simulator(
+    args: &Args,
+    config: &Config,
+    scenario: Scenario,
+    quality: Quality,
+) -> Result<Simulator> {
+    let simulator = Simulator::of(config, scenario, args.truth, quality, args.seed)?;
+    let Some(file) = &args.plant else { return Ok(simulator) };
+    let simulator = simulator.with_plant(file, &config.model)?;
+    warn_of_perfect_accuracies(config);
+    Ok(simulator)
 }
 
 /// Warns of a configuration that excludes what a plant has beside the model.

@@ -52,6 +52,13 @@ pub(super) struct Run {
     pub(super) last: i64,
 }
 
+impl Run {
+    /// Number of the instant at a time, s.
+    pub(super) fn number(&self, time_s: f64, period_s: f64) -> f64 {
+        self.middle + (time_s - self.time_s) / period_s
+    }
+}
+
 /// Length of a block, s: a record of 4 s has sixteen. A stall of the length of a block is rarer than the pause that ends a run.
 const BLOCK_S: f64 = 0.25;
 /// Blocks of a record.
@@ -159,9 +166,7 @@ impl Line {
 
     /// Number of the instant of a run at a time, s.
     pub(super) fn number(&self, run: usize, time_s: f64) -> f64 {
-        self.runs
-            .get(run)
-            .map_or(f64::NAN, |own| own.middle + (time_s - own.time_s) / self.period_s)
+        self.runs.get(run).map_or(f64::NAN, |own| own.number(time_s, self.period_s))
     }
 
     fn count_late(&self, frames: &[Frame], resolution_s: f64) -> u64 {

@@ -8,7 +8,7 @@ use super::delay::Delay;
 use super::found::{FoundClock, FoundClocks, NAMES, Untold};
 use super::kept::{Expected, Kept, Part};
 use super::kernel::Kernel;
-use super::line::{Frame, Line};
+use super::line::{Frame, Line, Run};
 use super::number::Numbered;
 use super::signal::Signal;
 
@@ -91,7 +91,12 @@ impl Lines {
         let parts = &self.parts[1 - self.base];
         let first = parts.partition_point(|own| *own < part);
         let end = parts.partition_point(|own| *own <= part);
-        (first..end).find(|other| self.covers(run, number, *other, delay_s))
+        let line = &self.lines[1 - self.base];
+        let time_s = self.time_at(run, number, delay_s);
+        // The runs of a part ascend in time.
+        let is_over = |own: &Run| own.number(time_s, line.period_s) > own.last as f64;
+        let other = first + line.runs.get(first..end)?.partition_point(is_over);
+        (other < end && self.covers(run, number, other, delay_s)).then_some(other)
     }
 
     /// The other sensor's signal at an instant of the base.

@@ -12,8 +12,6 @@ use super::kernel::Kernel;
 const NEIGHBOURS: usize = 3;
 /// Samples among which they are sought: twice as many, where another gap is near.
 const NEAR: usize = 2 * NEIGHBOURS;
-/// Samples on each side of a block that are judged with it.
-const BESIDE: usize = SPIKE_CONTEXT;
 
 /// A signal of three axes, by the numbers of its samples.
 pub(super) struct Signal {
@@ -71,7 +69,7 @@ impl Signal {
     }
 }
 
-/// Makes samples missing that are no measurement, in blocks of one length, each judged with [`BESIDE`] more on each side. As long as a block has too
+/// Makes samples missing that are no measurement, in blocks of one length, each judged with [`SPIKE_CONTEXT`] more on each side. As long as a block has too
 /// many, everything from its first to its last one becomes missing, and the rest of it is judged again.
 fn remove_invalid(
     values: &mut [Vec<f32>; 3],
@@ -81,7 +79,8 @@ fn remove_invalid(
     let samples = values[0].len();
     let length = samples.div_ceil(samples.div_ceil(longest.max(1)).max(1)).max(1);
     for first in (0..samples).step_by(length) {
-        let judged = first.saturating_sub(BESIDE)..samples.min(first + length + BESIDE);
+        let judged =
+            first.saturating_sub(SPIKE_CONTEXT)..samples.min(first + length + SPIKE_CONTEXT);
         let block = first - judged.start..samples.min(first + length) - judged.start;
         let mut own = values.each_mut().map(|own| &mut own[judged.clone()]);
         let copies = |own: &[&mut [f32]; 3]| own.each_ref().map(|own| own.to_vec());

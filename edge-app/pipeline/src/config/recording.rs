@@ -96,9 +96,10 @@ impl Recording {
         check_joints(&signals, &angles, model, model_file).map_err(bad)?;
         let by_topic = topics.is_some() && bus.is_none();
         check_axes(&signals, bus.is_some(), by_topic, poses.as_ref()).map_err(bad)?;
-        if bus.is_none() && !by_topic && signals.clocks.is_some() {
+        if bus.is_none() && signals.clocks.is_some() {
             return Err(bad(
-                "[signals] clocks: a row of a table is one instant of both sensors: leave it out, or record a bag or a bus"
+                "[signals] clocks is for a [bus]: a row of a table is one instant of both sensors, and the stamps of a bag show its clocks: \
+                 leave it out"
                     .to_owned(),
             ));
         }

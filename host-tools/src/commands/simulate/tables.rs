@@ -14,11 +14,10 @@ use flexid_pipeline::poses::{Cut, Direction};
 use flexid_pipeline::text::count;
 use flexid_simulation::experiment::Response;
 use flexid_simulation::scenario::Scenario;
-use flexid_simulation::simulator::Simulator;
 use flexid_simulation::truth::{TrueExperiment, TruthFile};
 use nalgebra::Vector3;
 
-use super::{Args, quality, warn_of_perfect_accuracies};
+use super::{Args, quality, simulator};
 
 /// A blow, and the table that it becomes.
 struct Blow<'a> {
@@ -33,11 +32,7 @@ pub(super) fn run(args: &Args, folder: &Path) -> Result<()> {
     let config = Config::load_recorded(&args.config)?;
     let blows = blows(&config)?;
     let scenario = Scenario::of(&config)?;
-    let mut simulator = Simulator::of(&config, scenario, args.truth, quality, args.seed)?;
-    if let Some(file) = &args.plant {
-        simulator = simulator.with_plant(file, &config.model)?;
-        warn_of_perfect_accuracies(&config);
-    }
+    let mut simulator = simulator(args, &config, scenario, quality)?;
     let read = config.files().chain(config.scenario.as_deref()).chain(args.plant.as_deref());
     output::is_not_stdout(args.truth_json.as_deref())?;
     output::keeps(read, args.truth_json.as_deref())?;
