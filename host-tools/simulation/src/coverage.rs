@@ -157,7 +157,7 @@ impl fmt::Display for Coverage {
         let without = if *tool_is_known {
             ""
         } else {
-            " (its drives alone: TRUTH has no robot that moves as modelled)"
+            " (its drives alone: the plant has no tool stiffness and modes that TRUTH states)"
         };
         writeln!(f, "truth: {answer} intervals of the answer hold{without}")?;
         answer.misses.iter().try_for_each(|miss| writeln!(f, " {miss}"))

@@ -21,7 +21,7 @@ pub enum UrdfError {
     OtherFile(&'static str),
     /// A xacro file, which must be expanded to a URDF first.
     #[error(
-        "is a xacro, a template for URDF: expand it first with `xacro IN.xacro > robot.urdf` (ROS package xacro, or `pip install xacro`)"
+        "is a xacro, a template for URDF: expand it first with `xacro IN.xacro > robot.urdf` (ROS package xacro, or `pip install xacro` and a folder in place of each $(find PACKAGE))"
     )]
     Xacro,
     /// Two links of one name.

@@ -75,7 +75,7 @@ pub(super) fn run(args: &Args, folder: &Path) -> Result<()> {
 fn blows(config: &Config) -> Result<Vec<Blow<'_>>, BadInput> {
     let bad = |message: &str| BadInput::new(&config.file, message);
     let poses = config.poses.as_ref().ok_or_else(|| {
-        bad("[recording] poses is missing: --tables writes the tables that it lists")
+        bad("[recording] poses is missing: --tables writes the tables that it lists (as host-tools/scenario/mill6-blows.toml does)")
     })?;
     let one = |(table, cut)| blow(table, cut).map_err(bad);
     poses.lines().map(one).collect()
