@@ -8,7 +8,7 @@
 //! | a load, whitened by a triangle of three              | 18          | 18     |
 //! | one of L (L + 1)/2 pairs of loads                     | 14          | 32     |
 //! | one of 4 L pairs of a load with a jump or the residual | 22          | 22     |
-//! | elimination of the seam, a record                    | Σ (s − i)(s + 1 − i)/2 | Σ (n − i)(n + 1 − i)/2 |
+//! | elimination of the seam, a record, i < s             | Σ (s + 1 − i)(s + 2 − i)/2 | Σ (n − i)(n + 1 − i)/2 |
 
 use flexid_core::receptance::lanes::{Kernel, Lanes, Precision};
 use flexid_core::receptance::{Complex, Response};
@@ -20,7 +20,7 @@ use super::{BINS, Bins};
 /// Jumps of the reading that a seam has beside the loads, where gravity does not tilt the accelerometer.
 const JUMPS: usize = 6;
 
-/// Of a step on `records` records with this many bins together.
+/// Returns the multiplications of an accepted step on `records` records with this many bins together.
 pub(crate) fn multiplications(joints: usize, bins: usize, records: usize) -> f64 {
     let response = operations(Responses(&Bins::new(joints))).multiplications as f64 / BINS as f64;
     let loads = (DOF * joints) as f64;

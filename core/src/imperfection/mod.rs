@@ -51,7 +51,7 @@ const GROUND_LAG: f64 = 1e-4;
 /// several axes add up in a stiffness of the first joint. The magnitudes of three normal values of deviation 1 add up to 2.4 ± 1.04, and 95 % of
 /// such sums lie within 1.96 × 1.3 √3 of zero.
 const PRIOR_OVER_ACCURACY: f64 = 1.3;
-/// Standard deviation of an error of a link's spread over the accuracy of its inertia. The moment about an axis is the sum of two second moments: of
+/// Standard deviation of an error of a link's spread over the accuracy that is stated for its inertia. The moment about an axis is the sum of two second moments: of
 /// alike ones with independent errors, its logarithm has 1/√2 of their deviation.
 const SPREAD_OVER_INERTIA: f64 = core::f64::consts::SQRT_2;
 /// Imperfections of each record.
@@ -107,7 +107,8 @@ pub enum Imperfection {
     /// Place of a bushing less that of its joint's origin, along an axis of the link, m.
     ElasticCentre(usize, usize),
     /// Error of the spread of a link's mass about its centre of mass, beside that of its mass: the logarithm of the second moment along an axis of the
-    /// link (0 to 2), and its shear between two (3 to 5). The same along all axes is the logarithm of the inertia.
+    /// link (0 to 2) that does not go with those before, and its shear between two axes (3 to 5), as `chain::spread` has them. They act one after the
+    /// other. The same along all axes is the logarithm of the inertia.
     Inertia(usize, usize),
     /// Part of all dampings that is hysteretic: it dissipates the same at each frequency, and the stiffness grows with the logarithm of
     /// the frequency. Stiffness and damping are then those at [`REFERENCE_HZ`].
@@ -181,7 +182,6 @@ impl Imperfection {
     pub fn prior_over_accuracy(self) -> f64 {
         match self {
             Self::Ground(_) | Self::GroundDamping(_) => PRIOR_OVER_ACCURACY,
-            Self::Inertia(..) => SPREAD_OVER_INERTIA,
             _ => 1.0,
         }
     }
@@ -453,6 +453,8 @@ mod tests {
             Imperfection::Gain(Sensor::Force, 3),
             Imperfection::Crosstalk(Sensor::Force, 1, 1),
             Imperfection::CentreOfMass(1, 3),
+            Imperfection::Inertia(1, SPREADS),
+            Imperfection::Inertia(2, 0),
             Imperfection::Ground(6),
             Imperfection::RecordDelay(MAX_EXPERIMENTS),
         ] {

@@ -93,7 +93,7 @@ impl fmt::Display for Misfit {
             )?,
             MisfitKind::Remote => f.write_str(" are remote requests: does the sensor answer?")?,
             MisfitKind::Incomplete => f.write_str(
-                " lack others of their samples: let the sensor send all of them, and the bus lose none",
+                " lack others of their samples, or their stamps show no order: let the sensor send all, and record with stamps of the hardware",
             )?,
         }
         write!(f, " ({} so far)", self.frames)

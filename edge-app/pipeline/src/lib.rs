@@ -34,6 +34,7 @@ pub mod robot;
 pub mod signals;
 pub mod solver;
 pub mod source;
+mod stack;
 pub mod statics;
 pub mod stop;
 pub mod text;

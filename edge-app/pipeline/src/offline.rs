@@ -1,14 +1,11 @@
 //! Runs the daemon's pipeline over a recording, faster than the clock. All records that there is room for are worked on together.
 
 use std::io;
-use std::panic::resume_unwind;
-use std::thread;
 
 use flexid_wire::finding::Finding;
 use flexid_wire::messages::Progress;
 use flexid_wire::state::State;
 
-use crate::STACK;
 use crate::check::{Survey, Surveyor};
 use crate::config::Config;
 use crate::intake::Counts;
@@ -17,10 +14,11 @@ use crate::report::StaticReport;
 use crate::robot::FoundRobot;
 use crate::solver::Solver;
 use crate::source::FrameSource;
+use crate::stack::on_a_large_stack;
 use crate::stop::Stop;
 
-/// Identifies the robot from all frames of `source`. Calls `on_survey` once they have been read, before the work on all of their records, and
-/// `on_progress` after every step of the solver.
+/// Identifies the robot from all frames of `source`. Calls `on_survey` once they have been read, and `on_progress` after every step of the solver. The
+/// work begins behind the survey, unless there are more records than there is room for: then it begins while the others are read.
 ///
 /// A recording that cannot be read to its end is no error: the part that was read is used, and the outcome contains the reason.
 ///
@@ -46,16 +44,6 @@ pub fn run_statics(config: &Config) -> io::Result<Option<(Finding, StaticReport,
         let finding = solver.finding(&Counts::default(), &[]);
         let parts = finding.zip(solver.static_report()).zip(solver.robot());
         Ok(parts.map(|((finding, statics), robot)| (finding, statics, robot)))
-    })
-}
-
-pub(crate) fn on_a_large_stack<T: Send>(
-    work: impl FnOnce() -> io::Result<T> + Send,
-) -> io::Result<T> {
-    thread::scope(|scope| {
-        let worker = thread::Builder::new().name("flexid-offline".into()).stack_size(STACK);
-        let worker = worker.spawn_scoped(scope, work)?;
-        worker.join().unwrap_or_else(|panic| resume_unwind(panic))
     })
 }
 

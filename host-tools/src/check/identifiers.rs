@@ -117,11 +117,7 @@ fn of_form(survey: &Survey) -> Option<Finding> {
             (format!("{id} has remote requests only"), "see whether the sensor answers")
         }
         // They are counted with those that are lost.
-        MisfitKind::Incomplete if others_fit => return None,
-        MisfitKind::Incomplete => (
-            format!("{id} comes without the other frames of its samples"),
-            "let the sensor send all of them, or name no signal of those that do not come",
-        ),
+        MisfitKind::Incomplete => return None,
     };
     let severity = if others_fit { unless_all_is_lost(survey) } else { Wrong };
     Some(Finding::new(severity, ABOUT, format!("{what}: {}", count(frames, "frame")), mend))

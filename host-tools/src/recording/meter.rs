@@ -87,7 +87,7 @@ impl Meter {
         self.bar.set_message(format!("reading, {}", count(records, "record")));
     }
 
-    /// Hides the bar meanwhile.
+    /// Hides the bar while `work` runs.
     pub(crate) fn pause(&self, work: impl FnOnce()) {
         self.bar.suspend(work);
     }

@@ -94,7 +94,7 @@ impl<'a> Examiner<'a> {
         let Self { config, chain, stiffest, buffer, .. } = self;
         let experiment = experiment(config, chain, stiffest, record, buffer);
         let measurement = self.config.measurement();
-        let ratio = experiment.as_ref().ok().and_then(|experiment| {
+        let ratio = experiment.as_ref().ok().filter(|_| repeats.is_none()).and_then(|experiment| {
             // An experiment of this chain has a target.
             let target = Target::new(&self.chain, &measurement, experiment.site()).ok()?;
             Some(self.scale.ratio(&target, experiment))

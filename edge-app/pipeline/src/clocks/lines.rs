@@ -93,10 +93,11 @@ impl Lines {
         let end = parts.partition_point(|own| *own <= part);
         let line = &self.lines[1 - self.base];
         let time_s = self.time_at(run, number, delay_s);
-        // The runs of a part ascend in time.
-        let is_over = |own: &Run| own.number(time_s, line.period_s) > own.last as f64;
-        let other = first + line.runs.get(first..end)?.partition_point(is_over);
-        (other < end && self.covers(run, number, other, delay_s)).then_some(other)
+        // The runs of a part begin one after the other. Two overlap where the clock was set back by a little.
+        let has_begun = |own: &Run| own.number(time_s, line.period_s) >= own.first as f64;
+        let begun = line.runs[..end.min(line.runs.len())].get(first..)?.partition_point(has_begun);
+        let newest = (first..first + begun).rev().take(2);
+        newest.rev().find(|other| self.covers(run, number, *other, delay_s))
     }
 
     /// The other sensor's signal at an instant of the base.

@@ -16,7 +16,7 @@ pub struct Counts {
     pub unknown: u64,
     /// Number of remote requests and of frames without data of a known identifier.
     pub not_data: u64,
-    /// Worst misfit among the frames of a wrong length and those without data.
+    /// Worst misfit among the frames of a wrong length, those without data and those that were left out.
     pub misfit: Option<Misfit>,
     /// Number of force and acceleration frames with a value at the limit of its signal.
     pub clipped: u64,
@@ -52,6 +52,7 @@ impl Counts {
                 more(force, earlier.standing_still[0]),
                 more(acceleration, earlier.standing_still[1]),
             ],
+            left_out: more(self.left_out, earlier.left_out),
             not_finite: more(self.not_finite, earlier.not_finite),
             stream: StreamHealth {
                 frames: more(now.frames, before.frames),

@@ -27,7 +27,7 @@ impl Misfits {
         self.fitting.insert(frame_id(frame.id));
     }
 
-    /// Adds `frames` like this one.
+    /// Adds this number of frames like `frame`.
     pub(super) fn add(&mut self, frame: &Frame, kind: MisfitKind, frames: u64) {
         let id = frame_id(frame.id);
         match self.seen.iter_mut().find(|misfit| (misfit.id, misfit.kind) == (id, kind)) {
@@ -49,7 +49,7 @@ impl Misfits {
     }
 
     /// Returns the most frequent misfit since those that had been `seen`. A misfit of an identifier without any readable frame so far
-    /// comes first.
+    /// comes first, one of samples that are not whole last.
     pub(super) fn worst_since(&self, seen: &[Misfit]) -> Option<Misfit> {
         // New misfits are appended.
         let before = seen.iter().map(|misfit| misfit.frames).chain(std::iter::repeat(0));
@@ -58,7 +58,9 @@ impl Misfits {
             others_fit: self.fitting.contains(&misfit.id),
             ..*misfit
         });
-        all.filter(|misfit| misfit.frames > 0)
-            .max_by_key(|misfit| (!misfit.others_fit, misfit.frames))
+        all.filter(|misfit| misfit.frames > 0).max_by_key(|misfit| {
+            let is_whole = misfit.kind != MisfitKind::Incomplete;
+            (is_whole, !misfit.others_fit, misfit.frames)
+        })
     }
 }

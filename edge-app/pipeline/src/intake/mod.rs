@@ -160,6 +160,7 @@ impl<'a> Intake<'a> {
             Some((frame, Ok(limits))) => {
                 let left_out = decoder.left_out() - counts.left_out;
                 counts.left_out += left_out;
+                is_over |= left_out > 0 && window.note();
                 match left_out {
                     0 => misfits.fits(&frame),
                     frames => misfits.add(&frame, MisfitKind::Incomplete, frames),

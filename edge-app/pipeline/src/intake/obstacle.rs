@@ -77,7 +77,8 @@ pub(super) fn counters_jump(stream: &StreamHealth, config: &Config) -> Option<Ob
 
 /// Returns the number of frames of force and acceleration that came, readable or not.
 pub(super) fn frames_of_sensors(counts: &Counts) -> u64 {
-    counts.stream.frames + counts.not_finite + counts.wrong_length + counts.not_data
+    let Counts { stream, not_finite, wrong_length, not_data, left_out, .. } = counts;
+    stream.frames + not_finite + wrong_length + not_data + left_out
 }
 
 /// Returns the number of frames of force and acceleration in a record.

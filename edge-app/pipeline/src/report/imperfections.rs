@@ -88,7 +88,6 @@ pub(super) fn is_factor(imperfection: Imperfection) -> bool {
         imperfection,
         Imperfection::Gain(..)
             | Imperfection::Mass(_)
-            | Imperfection::Inertia(_, ..3)
             | Imperfection::RecordStiffness(_)
             | Imperfection::BaseMass
     )
@@ -125,7 +124,7 @@ pub(super) fn name(imperfection: Imperfection, model: &Model) -> Label {
             clipped(format_args!("elastic centre {} of {}", AXES[axis], joint(of)))
         }
         Imperfection::Inertia(link, entry) => {
-            clipped(format_args!("spread {} of {}'s mass", SPREADS[entry], joint(link)))
+            clipped(format_args!("spread {} of {}'s link", SPREADS[entry], joint(link)))
         }
         Imperfection::Hysteresis => clipped("hysteretic part of dampings"),
         Imperfection::Servo(of) => {

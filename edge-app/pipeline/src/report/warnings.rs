@@ -17,6 +17,8 @@ use crate::names::{DOF_NAMES, name};
 
 /// Most troubles that have a warning of their own. There may be some for each of many recordings.
 const MAX_TROUBLES: usize = 4;
+/// Frames of which one may be left out, since another of its sample is missing, without a warning: a stream bridges one sample in so many.
+const LEFT_OUT: u64 = 200;
 
 /// Returns the warnings, the gravest first.
 pub(super) fn warnings(
@@ -135,7 +137,7 @@ fn on_bounds(config: &Config, sought: &Sought, bushings: &Bushings) -> [Option<O
 
 /// Returns the warnings about the records and their way from the bus.
 fn of_the_records(config: &Config, basis: &Basis) -> Vec<Warning> {
-    let Counts { stream, wrong_length, bus_errors, misfit, at_limit, .. } = &basis.counts;
+    let Counts { stream, wrong_length, bus_errors, misfit, at_limit, left_out, .. } = &basis.counts;
     let (own, further) = basis.troubles.split_at(basis.troubles.len().min(MAX_TROUBLES));
     let mut warnings: Vec<Warning> = own.iter().cloned().map(Warning::Trouble).collect();
     if !further.is_empty() {
@@ -160,6 +162,11 @@ fn of_the_records(config: &Config, basis: &Basis) -> Vec<Warning> {
     match *misfit {
         Some(worst) if matches!(worst.kind, MisfitKind::Length { .. }) => {
             warnings.push(Warning::WrongLength { frames: *wrong_length, worst });
+        }
+        // A few frames are lost on any bus.
+        Some(misfit) if misfit.kind == MisfitKind::Incomplete => {
+            let is_many = left_out * LEFT_OUT > stream.frames;
+            warnings.extend(is_many.then_some(Warning::Misfit(misfit)));
         }
         // Other nodes may send remote requests, too.
         Some(misfit) if misfit.kind != MisfitKind::Remote => warnings.push(Warning::Misfit(misfit)),

@@ -16,7 +16,7 @@ pub(crate) struct Candidate<'a> {
     pub(crate) fingerprint: Fingerprint,
     /// The experiment of the record, or the fault for which a fit refuses it.
     pub(crate) experiment: Result<Experiment, RecordFault>,
-    /// Ratio of its acceleration to that of the model's masses. `None` of a record that is refused.
+    /// Ratio of its acceleration to that of the model's masses. `None` of a record that is refused, or that repeats another one.
     pub(crate) ratio: Option<f64>,
 }
 

@@ -288,7 +288,7 @@ impl Solver {
         self.admit_made(record, Fingerprint::of(record), made, stop, on_progress);
     }
 
-    /// As [`Solver::admit`], for a record that has been examined.
+    /// Takes in a record that has been examined, like [`Solver::admit`].
     pub(crate) fn admit_examined(
         &mut self,
         candidate: Candidate<'_>,
@@ -296,7 +296,11 @@ impl Solver {
         on_progress: impl FnMut(&Progress),
     ) {
         let Candidate { record, fingerprint, experiment, ratio } = candidate;
-        let made = |_: &mut Self| Ok((experiment?, ratio));
+        let made = |solver: &mut Self| {
+            let experiment = experiment?;
+            let ratio = ratio.or_else(|| solver.ratio(&experiment));
+            Ok((experiment, ratio))
+        };
         self.admit_made(record, fingerprint, made, stop, on_progress);
     }
 

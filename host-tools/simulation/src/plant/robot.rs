@@ -33,8 +33,8 @@ pub struct Robot {
     pub mass: Vec<f64>,
     /// True over modelled inertia of each link, beside [`Robot::mass`]. Typical: 1 ± 0.1.
     pub inertia: Vec<f64>,
-    /// Errors of the spread of each link's mass: those of the logarithms of its second moments along x, y, z of the link, then of its shears xy, xz,
-    /// yz, one after the other. Of the same size as the error of an inertia times √2.
+    /// Errors of the spread of each link's mass, one after the other: logarithms of its second moments along x, y, z of the link, then shears xy, xz,
+    /// yz. A link whose mass lies in a plane or on a line keeps its inertia. Typical: 0 ± 0.14.
     pub spread: Vec<[f64; 6]>,
     /// True less modelled centre of mass, link axes, m. Typical: 0.01.
     pub centre_of_mass_m: Vec<[f64; 3]>,
