@@ -4,7 +4,6 @@ mod carried;
 pub mod from_parent;
 mod jacobian;
 pub mod linearise;
-pub(crate) mod spread;
 
 use core::error::Error;
 use core::f64::consts::TAU;

@@ -87,6 +87,7 @@ impl Accuracy {
             Self::ForceGain
                 | Self::AccelerationGain
                 | Self::LinkMass
+                | Self::LinkInertia
                 | Self::StiffnessOfRecord
                 | Self::BaseMass
         )
