@@ -4,6 +4,7 @@ mod carried;
 pub mod from_parent;
 mod jacobian;
 pub mod linearise;
+pub(crate) mod spread;
 
 use core::error::Error;
 use core::f64::consts::TAU;

@@ -14,6 +14,7 @@ use heapless::Vec;
 
 pub use accuracies::{Accuracies, SensorAccuracies};
 
+use crate::chain::spread::SPREADS;
 use crate::chain::{Chain, JointKind};
 use crate::search::MAX_EXPERIMENTS;
 use crate::{DOF, MAX_JOINTS};
@@ -37,7 +38,7 @@ const OF_LAG: usize = 2;
 /// Imperfections of what hangs on the tool.
 const OF_HOSE: usize = 2;
 /// Imperfections of each joint and its link.
-const OF_JOINTS: usize = 1 + 3 + 1 + 3 + 1 + 1;
+const OF_JOINTS: usize = 1 + 3 + 1 + 3 + SPREADS + 1;
 /// Imperfections of all bushings.
 const OF_BUSHINGS: usize = 2;
 /// Imperfections of the ground.
@@ -50,6 +51,9 @@ const GROUND_LAG: f64 = 1e-4;
 /// several axes add up in a stiffness of the first joint. The magnitudes of three normal values of deviation 1 add up to 2.4 ± 1.04, and 95 % of
 /// such sums lie within 1.96 × 1.3 √3 of zero.
 const PRIOR_OVER_ACCURACY: f64 = 1.3;
+/// Standard deviation of an error of a link's spread over the accuracy that is stated for its inertia. The moment about an axis is the sum of
+/// two second moments: of alike ones with independent errors, its logarithm has 1/√2 of their deviation.
+pub const SPREAD_OVER_INERTIA: f64 = core::f64::consts::SQRT_2;
 /// Imperfections of each record.
 const OF_RECORDS: usize = 2;
 
@@ -102,8 +106,10 @@ pub enum Imperfection {
     JointAngle(usize),
     /// Place of a bushing less that of its joint's origin, along an axis of the link, m.
     ElasticCentre(usize, usize),
-    /// Logarithm of the inertia of a link, about its centre of mass, beside that of its mass.
-    Inertia(usize),
+    /// Error of the spread of a link's mass about its centre of mass, beside that of its mass: the logarithm of the second moment along an axis of the
+    /// link (0 to 2) that does not go with those before, and its shear between two axes (3 to 5), as `chain::spread` has them. They act one after the
+    /// other. The same along all axes is the logarithm of the inertia.
+    Inertia(usize, usize),
     /// Part of all dampings that is hysteretic: it dissipates the same at each frequency, and the stiffness grows with the logarithm of
     /// the frequency. Stiffness and damping are then those at [`REFERENCE_HZ`].
     Hysteresis,
@@ -160,7 +166,8 @@ impl Imperfection {
             | Self::ToolCentrePoint(axis)
             | Self::AccelerometerPlace(axis) => axis < 3,
             Self::Crosstalk(_, of, by) => of < 3 && by < 3 && of != by,
-            Self::Mass(link) | Self::Inertia(link) => link < joints.len(),
+            Self::Mass(link) => link < joints.len(),
+            Self::Inertia(link, entry) => link < joints.len() && entry < SPREADS,
             Self::CentreOfMass(link, axis) | Self::ElasticCentre(link, axis) => {
                 link < joints.len() && axis < 3
             }
@@ -200,7 +207,7 @@ impl Imperfection {
             | Self::CentreOfMass(..)
             | Self::JointAngle(_)
             | Self::ElasticCentre(..)
-            | Self::Inertia(_)
+            | Self::Inertia(..)
             | Self::Hysteresis
             | Self::Servo(_)
             | Self::Load
@@ -261,12 +268,16 @@ pub(crate) fn all(
                 (I::ElasticCentre(link, axis), accuracies.elastic_centre),
             ]
         });
-        let of_body = [(I::Mass(link), accuracies.mass), (I::Inertia(link), accuracies.inertia)];
+        let spread = SPREAD_OVER_INERTIA * accuracies.inertia;
+        let of_spread = (0..SPREADS).map(move |entry| (I::Inertia(link, entry), spread));
         let of_drive =
             [(I::JointAngle(link), accuracies.joint_angle), (I::Servo(link), accuracies.servo)];
         let is_driven = *kind != JointKind::Fixed;
         let of_drive = of_drive.into_iter().filter(move |_| is_driven);
-        of_body.into_iter().chain(of_drive).chain(of_axes)
+        core::iter::once((I::Mass(link), accuracies.mass))
+            .chain(of_spread)
+            .chain(of_drive)
+            .chain(of_axes)
     });
     let of_hose = [(I::Hose, accuracies.hose), (I::HoseDamping, accuracies.hose_damping)];
     let of_bushings = [(I::Hysteresis, accuracies.hysteresis), (I::Load, accuracies.load)];
@@ -334,7 +345,7 @@ impl Imperfection {
             Self::CentreOfMass(..) => 15,
             Self::JointAngle(_) => 16,
             Self::ElasticCentre(..) => 17,
-            Self::Inertia(_) => 18,
+            Self::Inertia(..) => 18,
             Self::Hysteresis => 19,
             Self::Servo(_) => 20,
             Self::Load => 21,
@@ -369,7 +380,7 @@ impl Imperfection {
                 | Self::CentreOfMass(..)
                 | Self::JointAngle(_)
                 | Self::ElasticCentre(..)
-                | Self::Inertia(_)
+                | Self::Inertia(..)
                 | Self::Load
                 | Self::RecordStiffness(_)
         )
@@ -400,7 +411,7 @@ mod tests {
             3 * joints,
             joints,
             3 * joints,
-            joints,
+            SPREADS * joints,
             1,
             joints,
             1,
@@ -442,6 +453,8 @@ mod tests {
             Imperfection::Gain(Sensor::Force, 3),
             Imperfection::Crosstalk(Sensor::Force, 1, 1),
             Imperfection::CentreOfMass(1, 3),
+            Imperfection::Inertia(1, SPREADS),
+            Imperfection::Inertia(2, 0),
             Imperfection::Ground(6),
             Imperfection::RecordDelay(MAX_EXPERIMENTS),
         ] {

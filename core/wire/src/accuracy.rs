@@ -87,7 +87,6 @@ impl Accuracy {
             Self::ForceGain
                 | Self::AccelerationGain
                 | Self::LinkMass
-                | Self::LinkInertia
                 | Self::StiffnessOfRecord
                 | Self::BaseMass
         )

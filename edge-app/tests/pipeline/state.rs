@@ -295,7 +295,7 @@ fn the_records_of_the_previous_format_are_fitted_anew() {
     });
 }
 
-/// The file of a daemon that wrote format 8 and fit 2.
+/// The file of a daemon that wrote format 8 and fit 3.
 #[test]
 fn the_fit_of_this_version_stays() {
     on_a_large_stack(|| {
@@ -339,12 +339,12 @@ fn records_outlive_the_format_of_the_fit() {
         let records = records(&config, visits(&config, &POSES));
         let state = solver(&config, &records[..2]).state(&Counts::default(), &[]);
         let bytes = store::encode(&state).unwrap();
-        // Behind the header: the checksums of the config, and three counts of 0; then the fit is there, of version 2, behind its length.
+        // Behind the header: the checksums of the config, and three counts of 0; then the fit is there, of version 3, behind its length.
         let header = 20;
         let (_, rest) =
             postcard::take_from_bytes::<([u32; 11], [u64; 3])>(&bytes[header..]).unwrap();
         let version = bytes.len() - rest.len() + 1;
-        assert_eq!(bytes[version - 1..=version], [1, 2]);
+        assert_eq!(bytes[version - 1..=version], [1, 3]);
         let changed = |change: fn(&mut [u8])| {
             let mut bytes = bytes.clone();
             change(&mut bytes[version..]);

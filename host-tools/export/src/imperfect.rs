@@ -150,7 +150,7 @@ pub(crate) fn heading(robot: &Robot, stands: bool) -> Vec<String> {
         matches!(
             own,
             Imperfection::Mass(_)
-                | Imperfection::Inertia(_)
+                | Imperfection::Inertia(..)
                 | Imperfection::CentreOfMass(..)
                 | Imperfection::JointAngle(_)
                 | Imperfection::ElasticCentre(..)

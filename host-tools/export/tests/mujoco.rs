@@ -219,7 +219,8 @@ fn imperfections(joints: usize) -> Vec<(Imperfection, f64)> {
     let mut all = vec![
         (Imperfection::Mass(joints - 1), -0.06),
         (Imperfection::Mass(0), 0.05),
-        (Imperfection::Inertia(1), 0.2),
+        (Imperfection::Inertia(1, 2), 0.2),
+        (Imperfection::Inertia(1, 3), 0.2),
         (Imperfection::CentreOfMass(1, 2), 0.02),
         (Imperfection::JointAngle(1), 5e-3),
         (Imperfection::ElasticCentre(0, 2), -0.03),

@@ -28,9 +28,10 @@ const FLOOR: f64 = 0.01;
 const ROUNDING: f64 = 1e-14;
 const EARTH: [f64; 3] = [0.0, 0.0, -9.80665];
 /// Imperfections of all kinds that move a robot, and the unit of each.
-const IMPERFECTIONS: [(Imperfection, f64); 17] = [
+const IMPERFECTIONS: [(Imperfection, f64); 18] = [
     (Imperfection::Mass(2), 0.02),
-    (Imperfection::Inertia(4), 0.05),
+    (Imperfection::Inertia(4, 1), 0.05),
+    (Imperfection::Inertia(2, 3), 0.05),
     (Imperfection::CentreOfMass(1, 0), 5e-3),
     (Imperfection::JointAngle(3), 1e-3),
     (Imperfection::ElasticCentre(2, 2), 0.01),

@@ -125,7 +125,6 @@ fn is_factor(own: &Nuisance) -> bool {
             Accuracy::ForceGain
                 | Accuracy::AccelerationGain
                 | Accuracy::LinkMass
-                | Accuracy::LinkInertia
                 | Accuracy::StiffnessOfRecord
                 | Accuracy::BaseMass
         ),

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use flexid_core::MAX_JOINTS;
-use flexid_core::imperfection::{Accuracies, BASE_OVER_MOVING};
+use flexid_core::imperfection::{Accuracies, BASE_OVER_MOVING, SPREAD_OVER_INERTIA};
 use flexid_pipeline::model::Model;
 use rand_core::{Rng, SeedableRng as _};
 use rand_xoshiro::Xoshiro256PlusPlus;
@@ -81,13 +81,12 @@ pub(super) fn text(model: &Model) -> String {
         errors.vector(typical.tool_angle),
         errors.vector(typical.tool_centre_point),
     );
-    let mut of_links =
-        |accuracy: f64| -> Vec<f64> { (0..joints).map(|_| errors.factor(accuracy)).collect() };
+    let masses: Vec<f64> = (0..joints).map(|_| errors.factor(typical.mass)).collect();
+    let spread = SPREAD_OVER_INERTIA * typical.inertia;
+    let spreads: Vec<[f64; 6]> = (0..joints).map(|_| [(); 6].map(|()| errors.of(spread))).collect();
     let _ = write!(
         text,
-        "\n# True over modelled; true less modelled or reported, m, rad\n[robot]\nmass = {:?}\ninertia = {:?}\n",
-        of_links(typical.mass),
-        of_links(typical.inertia)
+        "\n# True over modelled; true less modelled or reported, m, rad\n[robot]\nmass = {masses:?}\nspread = {spreads:?}\n"
     );
     let mut of_axes =
         |accuracy: f64| -> Vec<[f64; 3]> { (0..joints).map(|_| errors.vector(accuracy)).collect() };

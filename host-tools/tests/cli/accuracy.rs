@@ -99,10 +99,10 @@ fn stated_accuracies_make_an_imperfect_plant_useful() {
     assert!((value - 15e-6).abs() < 4.0 * std && std < 1e-5, "{delay}");
 }
 
-/// A TCP that is 12 mm off, and a delay of 120 µs: twelve and six times the typical accuracies.
+/// A TCP that is 20 mm off, and a delay of 120 µs: twenty and six times the typical accuracies.
 const WRONG: &str = "
 [tool]
-tcp_m = [0.0, 0.0, 0.012]
+tcp_m = [0.0, 0.0, 0.02]
 [accelerometer.clock]
 late_s = 120e-6
 ";
@@ -138,7 +138,7 @@ fn what_is_off_is_explained_and_adopted() {
 fn check_explanations(found: &Value, adopted: bool) {
     let explanations = found["confidence"]["explanations"].as_array().unwrap();
     for (explanation, (entry, value)) in
-        explanations.iter().zip([("delay_s", 120e-6), ("tcp_m", 12e-3)])
+        explanations.iter().zip([("delay_s", 120e-6), ("tcp_m", 20e-3)])
     {
         let deviation = &explanation["deviation"];
         assert_eq!(

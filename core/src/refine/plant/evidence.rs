@@ -10,11 +10,13 @@
 //! The u where it is least is empirical Bayes' (type II maximum likelihood: MacKay, "Bayesian interpolation", Neural Computation 4,
 //! 1992). Directions of x that the data do not determine cost nothing, and those that they determine cost `ln u`.
 
+use crate::MAX_JOINTS;
+use crate::chain::spread::SPREADS;
 use crate::linear::normal::Normal;
 use crate::linear::packed::packed;
 
-/// Largest number of imperfections of a kind: three of each of seven links.
-pub(super) const MAX_OF_KIND: usize = 21;
+/// Largest number of imperfections of a kind: the spreads of all links.
+pub(super) const MAX_OF_KIND: usize = SPREADS * MAX_JOINTS;
 /// Largest u that is tried, 2 to this power: errors of a thousand times their accuracy.
 const DOUBLINGS: i32 = 20;
 /// Halvings of the step of ln u, from ln 2 on. Chosen: E is then least to a thousandth.

@@ -10,6 +10,7 @@ use super::super::model::Model;
 use super::mechanics::Places;
 use crate::calibration::Calibration;
 use crate::chain::linearise::{LinearChain, LinearisationError};
+use crate::chain::spread::spread_by;
 use crate::chain::{Chain, Joint, JointKind};
 use crate::imperfection::{BASE_OVER_MOVING, Imperfection, REFERENCE_HZ, Sensor};
 use crate::parameters::Bushings;
@@ -157,7 +158,10 @@ impl Imperfect {
                 self.accelerometer_filter.high_pass += value;
             }
             Imperfection::HighPass(Sensor::Force) => self.force_filter.high_pass += value,
-            Imperfection::Inertia(link) => chain.joints[link].link.inertia *= libm::exp(value),
+            Imperfection::Inertia(link, entry) => {
+                let inertia = &mut chain.joints[link].link.inertia;
+                *inertia = spread_by(inertia, entry, value);
+            }
             Imperfection::Hysteresis => self.hysteresis.part += value,
             Imperfection::Servo(joint) => self.servo[joint] += value,
             Imperfection::Load => self.load += value,

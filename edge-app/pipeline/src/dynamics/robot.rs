@@ -228,7 +228,7 @@ impl Robot {
 fn is_in_range(imperfection: Imperfection, value: f64) -> bool {
     match imperfection {
         Imperfection::Mass(_)
-        | Imperfection::Inertia(_)
+        | Imperfection::Inertia(..)
         | Imperfection::BaseMass
         | Imperfection::RecordStiffness(_) => value.abs() <= LARGEST_LOGARITHM,
         _ => value.is_finite() && !(imperfection.is_positive() && value < 0.0),

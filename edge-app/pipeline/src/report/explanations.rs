@@ -132,7 +132,7 @@ pub(super) fn entry(imperfection: Imperfection) -> Accuracy {
         Imperfection::CentreOfMass(..) => Accuracy::CentreOfMassM,
         Imperfection::JointAngle(_) => Accuracy::JointAngleRad,
         Imperfection::ElasticCentre(..) => Accuracy::ElasticCentreM,
-        Imperfection::Inertia(_) => Accuracy::LinkInertia,
+        Imperfection::Inertia(..) => Accuracy::LinkInertia,
         Imperfection::Hysteresis => Accuracy::Hysteresis,
         Imperfection::Servo(_) => Accuracy::DriveGrowth,
         Imperfection::Load => Accuracy::DriveGrowthPerKnm,

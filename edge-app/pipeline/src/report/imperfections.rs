@@ -18,6 +18,7 @@ const DETERMINED: f64 = 0.5;
 /// Standard deviations of its prior beyond which an imperfection is worth a look: a normal distribution exceeds it once in twenty.
 const CONSPICUOUS: f64 = 2.0;
 const AXES: [&str; 3] = ["x", "y", "z"];
+const SPREADS: [&str; 6] = ["x", "y", "z", "xy", "xz", "yz"];
 
 /// Returns the imperfections that are larger than their accuracies promise, and then those that the data determine. Of each, the first
 /// is the one that explains most: it differs from zero by most of its own standard deviations.
@@ -87,7 +88,6 @@ pub(super) fn is_factor(imperfection: Imperfection) -> bool {
         imperfection,
         Imperfection::Gain(..)
             | Imperfection::Mass(_)
-            | Imperfection::Inertia(_)
             | Imperfection::RecordStiffness(_)
             | Imperfection::BaseMass
     )
@@ -123,7 +123,9 @@ pub(super) fn name(imperfection: Imperfection, model: &Model) -> Label {
         Imperfection::ElasticCentre(of, axis) => {
             clipped(format_args!("elastic centre {} of {}", AXES[axis], joint(of)))
         }
-        Imperfection::Inertia(link) => clipped(format_args!("inertia of {}'s link", joint(link))),
+        Imperfection::Inertia(link, entry) => {
+            clipped(format_args!("spread {} of {}'s link", SPREADS[entry], joint(link)))
+        }
         Imperfection::Hysteresis => clipped("hysteretic part of dampings"),
         Imperfection::Servo(of) => {
             clipped(format_args!("drive of {}: growth above 10 Hz", joint(of)))
@@ -170,7 +172,7 @@ pub(super) fn unit(imperfection: Imperfection, model: &Model) -> &'static str {
         Imperfection::Gain(..)
         | Imperfection::Crosstalk(..)
         | Imperfection::Mass(_)
-        | Imperfection::Inertia(_)
+        | Imperfection::Inertia(..)
         | Imperfection::Hysteresis
         | Imperfection::Servo(_)
         | Imperfection::RecordStiffness(_)

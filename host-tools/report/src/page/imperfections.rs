@@ -54,7 +54,7 @@ fn listed(errors: &[&Nuisance]) -> Markup {
     html! {
         p {
             "With 95\u{a0}% intervals where there are any, beside the accuracy that is stated in [accuracy] or taken as typical (one standard \
-             deviation). Gains, masses, inertias, stiffnesses of records and the mass of the base are factors, of which 1 is as stated."
+             deviation). Gains, masses, stiffnesses of records and the mass of the base are factors, of which 1 is as stated."
         }
         (table(errors))
     }

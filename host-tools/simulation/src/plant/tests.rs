@@ -123,6 +123,8 @@ fn every_deviation_acts() {
         "[tool]\ntcp_m = [0.005, 0.0, 0.0]".to_owned(),
         "[robot]\nmass = [1.0, 1.0, 1.05]".to_owned(),
         "[robot]\ninertia = [1.0, 1.1, 1.1]".to_owned(),
+        "[robot]\nspread = [[0, 0, 0, 0, 0, 0], [0.1, 0, 0, 0.2, 0, 0], [0, 0, 0, 0, 0.1, 0]]"
+            .to_owned(),
         "[robot]\ncentre_of_mass_m = [[0.0, 0.0, 0.0], [0.0, 0.0, 0.0], [0.01, 0.01, 0.01]]"
             .to_owned(),
         "[robot]\njoint_angle_rad = [0.0, 0.005, 0.0]".to_owned(),

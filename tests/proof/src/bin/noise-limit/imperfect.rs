@@ -10,7 +10,7 @@
 //! The matrices' changes are differences of those of the simulator's robots, whose plants differ in this imperfection alone. A sensor's
 //! imperfections are multiples of its signal. What the imperfections mean, [`Imperfection`] says.
 
-use std::f64::consts::{FRAC_2_PI, TAU};
+use std::f64::consts::{FRAC_2_PI, SQRT_2, TAU};
 
 use anyhow::{Result, anyhow};
 use flexid_core::chain::{Chain, JointKind};
@@ -53,7 +53,7 @@ pub(crate) fn all(own: &Accuracies, joints: usize, records: usize) -> Vec<(Imper
     }
     for joint in 0..joints {
         all.push((I::Mass(joint), own.mass));
-        all.push((I::Inertia(joint), own.inertia));
+        all.extend((0..6).map(|entry| (I::Inertia(joint, entry), SQRT_2 * own.inertia)));
         all.push((I::JointAngle(joint), own.joint_angle));
         all.push((I::Servo(joint), own.servo));
         for axis in 0..3 {
@@ -126,7 +126,7 @@ pub(crate) fn column(
         | I::CentreOfMass(..)
         | I::JointAngle(_)
         | I::ElasticCentre(..)
-        | I::Inertia(_) => of_matrices(milled, imperfection, STEP * deviation)?,
+        | I::Inertia(..) => of_matrices(milled, imperfection, STEP * deviation)?,
     };
     Ok(Box::new(move |bin| column(bin) * Complex::from(deviation)))
 }
@@ -146,9 +146,9 @@ fn plant(imperfection: Imperfection, joints: usize, value: f64) -> Plant {
                 robot.mass = vec![1.0; joints];
                 robot.mass[link] = value.exp();
             }
-            I::Inertia(link) => {
-                robot.inertia = vec![1.0; joints];
-                robot.inertia[link] = value.exp();
+            I::Inertia(link, entry) => {
+                robot.spread = vec![[0.0; 6]; joints];
+                robot.spread[link][entry] = value;
             }
             I::JointAngle(joint) => {
                 robot.joint_angle_rad = vec![0.0; joints];

@@ -148,7 +148,7 @@ pub(crate) const MENU: [Error; 43] = [
     error("all masses", Some(|it| matches!(it, I::Mass(_))), |plant, times| {
         plant.robot.mass = vec![(times * typical().mass).exp(); 3];
     }),
-    error("inertia", Some(|it| matches!(it, I::Inertia(_))), |plant, times| {
+    error("inertia", Some(|it| matches!(it, I::Inertia(..))), |plant, times| {
         plant.robot.inertia = factors(times * 0.02).to_vec()
     }),
     error("centre of mass", Some(|it| matches!(it, I::CentreOfMass(..))), |plant, times| {

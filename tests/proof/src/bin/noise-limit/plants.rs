@@ -3,7 +3,7 @@
 //! The robot moves in time with its true geometry, masses and sensors. The fit is that of the default configuration: imperfections
 //! have typical accuracies. At the noise limit, plant and model are perfect.
 
-use std::f64::consts::TAU;
+use std::f64::consts::{SQRT_2, TAU};
 
 use anyhow::{Result, ensure};
 use flexid_core::imperfection::{Accuracies, SensorAccuracies};
@@ -340,7 +340,9 @@ fn drawn(accuracies: &Accuracies, joints: usize, band_hz: [f64; 2], random: &mut
             elastic_centre_m: (0..joints)
                 .map(|_| three(accuracies.elastic_centre, random))
                 .collect(),
-            inertia: (0..joints).map(|_| (accuracies.inertia * random.normal()).exp()).collect(),
+            spread: (0..joints)
+                .map(|_| [(); 6].map(|()| SQRT_2 * accuracies.inertia * random.normal()))
+                .collect(),
             ..Robot::default()
         },
         joints: Joints {

@@ -235,7 +235,10 @@ fn imperfections(plant: &Plant, chain: &Chain) -> Vec<FoundValue> {
     for joint in 0..joints {
         let of = |values: &[f64], none: f64| values.get(joint).copied().unwrap_or(none);
         all.push((I::Mass(joint), of(&robot.mass, 1.0).ln()));
-        all.push((I::Inertia(joint), of(&robot.inertia, 1.0).ln()));
+        let spread = robot.spread.get(joint).copied().unwrap_or_default();
+        let common = of(&robot.inertia, 1.0).ln();
+        let of_axes = |entry| if entry < 3 { common } else { 0.0 };
+        all.extend((0..6).map(|entry| (I::Inertia(joint, entry), spread[entry] + of_axes(entry))));
         all.push((I::JointAngle(joint), of(&robot.joint_angle_rad, 0.0)));
         all.push((I::Servo(joint), bushings.servo));
         for axis in 0..3 {
