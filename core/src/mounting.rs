@@ -11,8 +11,9 @@
 //! with the acceleration a_c of the tool's centre of mass c, and the turn θ of the tool in gravity. The tool's weight at rest has
 //! been removed. The sensor sees the cut itself turned by θ, which is of second order and left out.
 
-use nalgebra::{Matrix3, Rotation3, SMatrix, Vector3, Vector6};
+use nalgebra::{Isometry3, Matrix3, Rotation3, SMatrix, Vector3, Vector6};
 
+use crate::chain::Chain;
 use crate::chain::linearise::LinearChain;
 
 /// Mounting of the sensors on the last link. The default has both at the TCP, along its axes, and no mass beyond the force sensor.
@@ -80,4 +81,31 @@ fn loads(chain: &LinearChain, point: &Vector3<f64>, axes: &Rotation3<f64>) -> SM
 /// Loads on the last link whose displacements are the turn of gravity along each of `axes`: `θ × g`, m/s².
 pub(crate) fn tilts(chain: &LinearChain, axes: &Rotation3<f64>) -> SMatrix<f64, 6, 3> {
     chain.tip_torque * chain.gravity_at_tip.cross_matrix() * axes.matrix()
+}
+
+/// Place of a measured displacement, in the axes of the TCP of the unloaded robot. By default at the TCP and along its axes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Gauge {
+    /// Point of the tool that is measured, from the TCP, m.
+    pub place: [f64; 3],
+    /// Unit vectors along which the displacement is read.
+    pub axes: [[f64; 3]; 3],
+}
+
+impl Default for Gauge {
+    fn default() -> Self {
+        Self { place: [0.0; 3], axes: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]] }
+    }
+}
+
+impl Gauge {
+    /// The gauge as it reads along the axes of the base at this pose (rad or m, one per driven joint). The turn of the tool by gravity,
+    /// a few mrad, is left out.
+    pub fn along_base(self, chain: &Chain, pose: &[f64]) -> Self {
+        let joints = chain.joints().iter().zip(chain.angles(pose));
+        let tip = joints.fold(Isometry3::identity(), |tip, (joint, q)| tip * joint.frame(q));
+        let to_tcp = (tip * chain.tcp()).rotation.inverse();
+        let along = |axis| (to_tcp * Vector3::ith(axis, 1.0)).into();
+        Self { axes: [0, 1, 2].map(along), ..self }
+    }
 }

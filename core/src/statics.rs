@@ -17,10 +17,10 @@ use core::error::Error;
 use core::fmt;
 
 use heapless::Vec;
-use nalgebra::{Isometry3, Vector3};
+use nalgebra::Vector3;
 
-use crate::chain::Chain;
 use crate::chain::linearise::{LinearChain, LinearisationError};
+pub use crate::mounting::Gauge;
 use crate::parameters::Bushing;
 use crate::receptance::{Complex, Response, Terms};
 use crate::{DOF, MAX_JOINTS};
@@ -49,15 +49,6 @@ pub struct StaticTest {
     pub gauge: Gauge,
     /// Displacement at the gauge, loaded less unloaded, along the axes of the gauge; `None` where it was not measured.
     pub displacement: [Option<Reading>; 3],
-}
-
-/// Place of a measured displacement, in the axes of the TCP of the unloaded robot. By default at the TCP and along its axes.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Gauge {
-    /// Point of the tool that is measured, from the TCP, m.
-    pub place: [f64; 3],
-    /// Unit vectors along which the displacement is read.
-    pub axes: [[f64; 3]; 3],
 }
 
 /// A measured displacement.
@@ -134,24 +125,6 @@ impl fmt::Display for StaticTestError {
 }
 
 impl Error for StaticTestError {}
-
-impl Default for Gauge {
-    fn default() -> Self {
-        Self { place: [0.0; 3], axes: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]] }
-    }
-}
-
-impl Gauge {
-    /// The gauge as it reads along the axes of the base at this pose (rad or m, one per driven joint). The turn of the tool by gravity,
-    /// a few mrad, is left out.
-    pub fn along_base(self, chain: &Chain, pose: &[f64]) -> Self {
-        let joints = chain.joints().iter().zip(chain.angles(pose));
-        let tip = joints.fold(Isometry3::identity(), |tip, (joint, q)| tip * joint.frame(q));
-        let to_tcp = (tip * chain.tcp()).rotation.inverse();
-        let along = |axis| (to_tcp * Vector3::ith(axis, 1.0)).into();
-        Self { axes: [0, 1, 2].map(along), ..self }
-    }
-}
 
 impl Reading {
     /// A displacement whose standard deviation is known, m.

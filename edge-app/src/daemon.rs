@@ -4,13 +4,14 @@
 //! for clients are published, and each client's thread fetches them.
 
 mod keeping;
+mod order;
 mod report_log;
 mod solving;
 mod state_log;
 mod storing;
 
 use std::io;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex};
 use std::thread::{self, ScopedJoinHandle};
 use std::time::{Duration, Instant};
 
@@ -23,7 +24,6 @@ use flexid_wire::messages::{BusErrors, BusHealth, BusState, FromEdge, Status};
 use flexid_wire::state::State;
 use flexid_wire::text::clipped;
 use flexid_wire::trouble::Trouble;
-use flexid_wire::unused::Unused;
 use tracing::{error, info, warn};
 
 use crate::latest::Latest;
@@ -31,6 +31,7 @@ use crate::reload::Reload;
 use crate::server::{self, Listener};
 use crate::store::Store;
 use crate::threads::no_thread;
+use order::{Order, UnusedRecords, lock};
 use solving::Solving;
 use state_log::StateLog;
 
@@ -44,8 +45,6 @@ const LOOK: Duration = Duration::from_millis(200);
 const SILENCE: Duration = Duration::from_secs(1);
 /// Shortest interval between messages about the bus.
 const BUS_NEWS: Duration = Duration::from_millis(500);
-/// Shortest interval between messages about the work, except at a change of phase.
-const WORK_NEWS: Duration = Duration::from_millis(100);
 
 /// A daemon with all that it runs with.
 #[derive(Clone, Copy, Debug)]
@@ -60,17 +59,6 @@ pub struct Daemon<'a> {
     pub reload: Option<&'a Reload>,
     /// File in which the state is kept. `None` if it need not be kept.
     pub store: Option<&'a Store>,
-}
-
-/// Records that are not used, if there is no estimate although there are records.
-type UnusedRecords = Mutex<Option<Unused>>;
-
-/// Order of the reader to the solver.
-enum Order {
-    /// A record, with the counts of what had come in when it was cut.
-    Record(Box<Record>, Counts),
-    /// A config that holds from here on, with the counts of what had come in. `anew` is true if the stream begins anew.
-    Reload { config: Arc<Config>, counts: Counts, anew: bool },
 }
 
 /// Runs a daemon that keeps no state and whose config stays. See [`Daemon::run`].
@@ -110,7 +98,7 @@ impl Daemon<'_> {
 
     /// Reads and solves. The last report is published when it returns.
     fn work(&self, source: &mut dyn FrameSource, latest: &Latest) -> io::Result<Outcome> {
-        let Self { config, stop, reload, .. } = *self;
+        let Self { config, stop, reload, store, .. } = *self;
         let (sender, receiver) = bounded(QUEUE);
         let unused: &UnusedRecords = &Mutex::new(None);
         let big = |name: &str| thread::Builder::new().name(name.into()).stack_size(STACK);
@@ -129,7 +117,7 @@ impl Daemon<'_> {
                          setpriority: {error}"
                     );
                 }
-                Solving::begin(self, latest, unused)?.run(&receiver)
+                Solving::begin(config, stop, store, latest, unused)?.run(&receiver)
             });
             let solver =
                 solver.inspect_err(|_| stop.request()).map_err(no_thread("flexid-solver"))?;
@@ -372,11 +360,6 @@ impl Reader<'_> {
 /// Copies records, which are large, to the heap.
 fn keep_in(cut: &mut Vec<Box<Record>>) -> impl FnMut(&Record) {
     |record| cut.push(Box::new(record.clone()))
-}
-
-/// Locks the unused records. Their value is whole between any two statements, so that a panic leaves it valid.
-fn lock(unused: &UnusedRecords) -> MutexGuard<'_, Option<Unused>> {
-    unused.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// Converts the error counts for the wire.

@@ -8,7 +8,7 @@
 use heapless::Vec;
 
 use super::local_response::{WINDOW, Window, quantile, sorted};
-use super::noise::Shown;
+use super::shown::Shown;
 use crate::refine::Unexplained;
 use crate::search::MAX_EXPERIMENTS;
 use crate::spectrum::{CutNoise, Experiment, MAX_BANDS};

@@ -40,6 +40,7 @@ mod plant;
 mod progress;
 mod searching;
 mod settle;
+mod shown;
 mod standing;
 mod start;
 mod static_noise;

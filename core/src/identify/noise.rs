@@ -3,23 +3,16 @@
 use heapless::Vec;
 
 use super::cut_noise;
-use super::tones::{self, Candidate};
-use super::{Estimate, Identifier, Phase};
+use super::shown::Shown;
+use super::{Estimate, Identifier, Phase, tones};
 use crate::refine::{Plant, Problem, Unexplained};
 use crate::search::MAX_EXPERIMENTS;
-use crate::spectrum::{CutNoise, Experiment, MAX_TONES};
+use crate::spectrum::Experiment;
 use crate::verdict::FOREIGN;
 
 /// Most fits that follow each other because the noise was read again. Chosen: a fit that strong tones have biased shows others; the second
 /// is without that bias, and the level of the noise follows.
 pub const MAX_NOISE_ROUNDS: u32 = 4;
-
-/// Noise that the residuals of a record show.
-#[derive(Debug, Default)]
-pub(super) struct Shown {
-    pub(super) tones: Vec<Candidate, MAX_TONES>,
-    pub(super) cut_noise: CutNoise,
-}
 
 impl<R> Identifier<R> {
     /// Reads the noise in `experiments` again, from the residuals of a settled `estimate`, which is that of `plant`, if there is one, or else

@@ -12,10 +12,9 @@ use super::symmetric::{PACKED, at};
 use super::to_parent::{ToParent, rows};
 use super::tool::ToolTerms;
 use crate::chain::linearise::{LinearChain, LinearJoint, LinearisationError};
-use crate::mounting::tilts;
+use crate::mounting::{Gauge, tilts};
 use crate::parameters::Bushing;
 use crate::sensors::Sensors;
-use crate::statics::Gauge;
 use crate::{DOF, MAX_JOINTS};
 
 /// One joint in the form that the recursion needs. Fields without a comment are those of [`LinearJoint`] and [`Bushing`].

@@ -5,7 +5,8 @@ use core::ops::Range;
 
 use heapless::Vec;
 
-use super::{Spectrum, SpectrumError, fft};
+use super::fft;
+use super::signals::{Spectrum, SpectrumError};
 use crate::stream::Record;
 
 /// αT: the damping of a record's end. Every resonance is then as wide as the distance of the bins that are kept, 8π/T, or hardly

@@ -3,31 +3,24 @@
 //! A [`Confidence`] is the entry `confidence` of the result file of `flexid identify --json`. The field names are part of the
 //! contract. Vectors of six have the order `tx ty tz rx ry rz` of the joint frame.
 
-use heapless::{String, Vec};
+use heapless::Vec;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
-use crate::accuracy::Accuracy;
 use crate::directions::{MAX_DIRECTIONS, WeakDirection};
 use crate::explanation::{Explanation, MAX_EXPLANATIONS};
 use crate::left_over::{LeftOver, MAX_LEFT_OVER};
-use crate::report::{MAX_JOINTS, Verdict};
+pub use crate::nuisance::{Interval, MAX_NUISANCES, Nuisance, Unit};
 use crate::residuals::Residuals;
 use crate::text::{Label, Name};
+use crate::verdict::MAX_JOINTS;
 
-/// Largest number of nuisances: a delay, three gains of each of two sensors, three misalignment angles, and a mass per joint.
-pub const MAX_NUISANCES: usize = 10 + MAX_JOINTS;
 /// Largest number of unknowns of a fit: twelve parameters per joint, and the nuisances.
 pub const MAX_UNKNOWNS: usize = 12 * MAX_JOINTS + MAX_NUISANCES;
 /// Largest number of pairs of unknowns.
 pub const MAX_PAIRS: usize = MAX_UNKNOWNS * (MAX_UNKNOWNS - 1) / 2;
 /// Largest number of records that are predicted from the others.
 pub const MAX_HELD_OUT: usize = 16;
-
-/// Name of a unit: at most 8 bytes of UTF-8, empty for a factor.
-pub type Unit = String<8>;
-/// Lower and upper end of a 95 % interval.
-pub type Interval = [f64; 2];
 
 /// How far a report can be trusted.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Schema)]
@@ -72,28 +65,6 @@ pub struct JointIntervals {
     pub stiffness_interval: [Option<Interval>; 6],
     /// Interval of each damping: Ns/m for translations, Nms/rad for rotations.
     pub damping_interval: [Option<Interval>; 6],
-}
-
-/// Error of a sensor, or of the model of the masses.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Schema)]
-pub struct Nuisance {
-    /// Name of the nuisance.
-    pub name: Label,
-    /// The entry of `[accuracy]` that speaks of it; `None` of one that `[calibration]` seeks.
-    pub entry: Option<Accuracy>,
-    /// The entry in the unit `unit`, one standard deviation; relative of a factor. `None` also where the accuracy only follows from the entry.
-    pub accuracy: Option<f64>,
-    /// Unit, for example `rad` or `m/N`. Empty for a factor and for a part.
-    pub unit: Unit,
-    /// Value in the unit `unit`.
-    pub value: f64,
-    /// Standard deviation in the unit `unit`; `None` if the fit gives no finite number.
-    pub std: Option<f64>,
-    /// 95 % interval in the unit `unit`; `None` if the residuals allow no interval for any joint's parameter.
-    pub interval: Option<Interval>,
-    /// How much the data add to the prior: identified if they leave 5 % or less of the prior's standard deviation, weak if
-    /// they leave 30 % or less.
-    pub verdict: Verdict,
 }
 
 /// Correlation matrix of the unknowns of the fit, in whole per cent.

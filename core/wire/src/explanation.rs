@@ -7,7 +7,7 @@ use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
 use crate::accuracy::Accuracy;
-use crate::confidence::{MAX_NUISANCES, Nuisance, Unit};
+use crate::nuisance::{MAX_NUISANCES, Nuisance, Unit};
 use crate::text::Label;
 use crate::words::{Enumeration, Measured};
 

@@ -6,7 +6,7 @@ use heapless::Vec;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
-use crate::report::MAX_JOINTS;
+use crate::verdict::MAX_JOINTS;
 
 /// Largest number of places of a report.
 pub const MAX_LEFT_OVER: usize = 7;

@@ -9,26 +9,11 @@ use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
 use crate::text::Name;
+pub use crate::verdict::{MAX_JOINTS, Verdict};
 use crate::warning::Warning;
 
-/// Largest number of joints of a report.
-pub const MAX_JOINTS: usize = 7;
 /// Largest number of warnings of a report.
 pub const MAX_WARNINGS: usize = 32;
-
-/// How far a parameter can be trusted.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
-#[serde(rename_all = "snake_case")]
-pub enum Verdict {
-    /// The data determine the parameter.
-    Identified,
-    /// The data determine the parameter roughly.
-    Weak,
-    /// The data do not determine the parameter.
-    NotObservable,
-    /// The parameter was not sought, but fixed at the value that the user gave.
-    Fixed,
-}
 
 /// How far a fit as a whole can be believed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]

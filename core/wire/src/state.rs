@@ -9,10 +9,10 @@ use serde::{Deserialize, Serialize};
 use crate::implausible::Implausible;
 use crate::misfits::{Misfit, UnknownFrames};
 use crate::rate::WrongRate;
-use crate::report::MAX_JOINTS;
 use crate::text::Name;
 use crate::trouble::BusFault;
 use crate::unused::Unused;
+use crate::verdict::MAX_JOINTS;
 use crate::words::Count;
 
 /// State of the daemon, or of a run over a recording at its end.

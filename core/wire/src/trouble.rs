@@ -176,10 +176,8 @@ impl fmt::Display for Trouble {
         match self {
             Self::Bus(fault) => fault.fmt(f),
             Self::BusBroken(error) => write!(f, "the bus cannot be read any more: {error}"),
-            Self::RecordingBroken(error) => {
-                write!(f, "the recording breaks off: {error}: copy or record it again")
-            }
-            Self::Unreadable(error) => write!(f, "{error}: copy or record it again"),
+            Self::RecordingBroken(error) => write!(f, "the recording breaks off: {error}"),
+            Self::Unreadable(error) => f.write_str(error),
             Self::Garbage { file, line, fault, lines, of } => write!(
                 f,
                 "{file}:{line}: no line of candump -L ({fault}), {lines} such of {of}, left out"

@@ -6,8 +6,8 @@ use heapless::Vec;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
-use crate::report::MAX_JOINTS;
 use crate::text::Name;
+use crate::verdict::MAX_JOINTS;
 use crate::words::Count;
 
 /// Records that the numbers do not rest on.

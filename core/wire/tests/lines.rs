@@ -270,8 +270,12 @@ fn every_kind_is_frozen() {
         &[
             Trouble::Bus(bus_fault(BusFaultKind::Down)),
             Trouble::BusBroken(clipped("Input/output error (os error 5)")),
-            Trouble::RecordingBroken(clipped("a.log:2: cannot be read: worn out")),
-            Trouble::Unreadable(clipped("b.log:2: cannot be read: worn out")),
+            Trouble::RecordingBroken(clipped(
+                "a.log:2: cannot be read: worn out: copy or record it again",
+            )),
+            Trouble::Unreadable(clipped(
+                "b.log:2: cannot be read: worn out: copy or record it again",
+            )),
             Trouble::Garbage {
                 file: clipped("a.log"),
                 line: 2,

@@ -17,11 +17,14 @@ use flexid_wire::state;
 use tracing::{info, warn};
 
 use super::keeping::Keeping;
+use super::order::{Order, UnusedRecords, lock};
 use super::report_log::ReportLog;
 use super::storing::Storing;
-use super::{Daemon, Order, UnusedRecords, WORK_NEWS, lock};
 use crate::latest::Latest;
+use crate::store::Store;
 
+/// Shortest interval between messages about the work, except at a change of phase.
+const WORK_NEWS: Duration = Duration::from_millis(100);
 /// Longest time without an order after which the solver looks whether the state is to be written.
 const LOOK: Duration = Duration::from_secs(60);
 
@@ -44,11 +47,12 @@ pub(super) struct Solving<'a> {
 impl<'a> Solving<'a> {
     /// Continues where the daemon before has ended, and works through the records that it left.
     pub(super) fn begin(
-        daemon: &Daemon<'a>,
+        config: &Config,
+        stop: &'a Stop,
+        store: Option<&'a Store>,
         latest: &'a Latest,
         unused: &'a UnusedRecords,
     ) -> io::Result<Self> {
-        let Daemon { config, stop, store, .. } = *daemon;
         let mut waiting = VecDeque::new();
         let keeping = Keeping::new(store, stop);
         let kept = keeping.storing().map(Storing::load).transpose()?.flatten();

@@ -12,8 +12,8 @@ use flexid_wire::text::clipped;
 use nix::poll::{PollFd, PollFlags, PollTimeout, poll};
 use socket2::Socket;
 
-use super::slots::Slot;
-use super::{LOOK, MAX_CLIENTS};
+use super::LOOK;
+use super::slots::{MAX_CLIENTS, Slot};
 use crate::latest::Latest;
 
 /// Name and version of the daemon.

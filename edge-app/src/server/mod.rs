@@ -19,10 +19,9 @@ use crate::tally::{Line, Tally};
 use crate::threads::no_thread;
 
 pub use listener::{BindError, Listener};
+pub use slots::MAX_CLIENTS;
 use slots::Slots;
 
-/// Most clients at a time. A further client is refused, unless another peer holds more than its share.
-pub const MAX_CLIENTS: usize = 16;
 /// Interval at which threads check the stop switch.
 const LOOK: Duration = Duration::from_millis(200);
 

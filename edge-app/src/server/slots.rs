@@ -3,8 +3,8 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use super::MAX_CLIENTS;
-
+/// Most clients at a time. A further client is refused, unless another peer holds more than its share.
+pub const MAX_CLIENTS: usize = 16;
 /// Most threads of clients: those that are served, and as many that are evicted and have not left yet.
 const MAX_THREADS: usize = 2 * MAX_CLIENTS;
 

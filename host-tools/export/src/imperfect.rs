@@ -19,14 +19,12 @@ use flexid_core::refine::Mechanics;
 use flexid_pipeline::names::DOF_NAMES;
 use nalgebra::{Isometry3, Matrix3, Vector3};
 
-use crate::assembly::{self, Body};
-use crate::{ExportError, Robot};
+use crate::body::{Body, RIGID};
+use crate::error::ExportError;
+use crate::robot::{Robot, check};
 
 /// Name of the body of the base.
 const GROUND: &str = "flexid_ground";
-/// Compliance of the ground below which it is exported as rigid, m/N and rad/Nm. Chosen: that of stiff joints is a hundred times as large, and
-/// harder ground would ask for a shorter step of time. Formats that cannot leave out a degree of freedom have this compliance there.
-pub(crate) const RIGID: f64 = 5e-11;
 /// Largest radius of gyration of the base, m. The fit takes the base as a point, and other programs need an inertia. Chosen: that of a base
 /// of half a metre.
 const GYRATION_M: f64 = 0.3;
@@ -44,7 +42,7 @@ const ROUNDING: f64 = 1e-9;
 /// Those of [`export`](crate::export).
 pub fn bushings(robot: &Robot) -> Result<Bushings, ExportError> {
     let chain = robot.model.chain()?;
-    assembly::check(robot, &chain)?;
+    check(robot, &chain)?;
     let mut bushings: Bushings = robot
         .joints
         .iter()

@@ -4,6 +4,7 @@
 //! | ------------ | ------------------------------------------------------------------------- |
 //! | [`mod@format`] | the formats and their names                                               |
 //! | [`mod@error`] | why a robot cannot be exported                                            |
+//! | `robot`, `body` | a robot as it is exported; one of its links, with the bushing that carries it |
 //! | `assembly`   | the robot at its pose: frames, links, bushings, elongations at rest       |
 //! | `imperfect`  | the robot with the imperfections that the fit has found, and its ground |
 //! | `remark`     | comments on parameters that the data do not determine                     |
@@ -20,51 +21,24 @@
 #![forbid(unsafe_code)]
 
 mod assembly;
+mod body;
 mod drake;
 pub mod error;
 pub mod format;
 mod imperfect;
 mod mjcf;
 mod remark;
+mod robot;
 mod simscape;
 mod step;
 mod table;
 mod text;
 
-use flexid_core::imperfection::Imperfection;
-use flexid_pipeline::model::Model;
-use flexid_wire::report::JointReport;
-
 use assembly::Assembly;
 pub use error::ExportError;
 pub use format::Format;
 pub use imperfect::bushings;
-
-/// A robot as it is exported.
-#[derive(Clone, Copy, Debug)]
-pub struct Robot<'a> {
-    /// Joints, links and the TCP.
-    pub model: &'a Model,
-    /// Parameters of each joint of the model, base first.
-    pub joints: &'a [JointReport],
-    /// Gravity along the axes of the base, m/s².
-    pub gravity_m_per_s2: [f64; 3],
-    /// Angle (rad) or stroke (m) of each driven joint, base first. The drives are locked there.
-    pub pose: &'a [f64],
-    /// Imperfections that the fit has found, each in its unit.
-    pub imperfections: &'a [(Imperfection, f64)],
-    /// Band that was fitted, Hz.
-    pub band_hz: [f64; 2],
-    /// Frequency at which the parameters are stated where they depend on it, Hz.
-    pub reference_hz: f64,
-    /// Frequency at which springs and dampers are as they are exported, Hz. Of a robot without hysteresis whose drives do not stiffen
-    /// they are so at any.
-    pub at_hz: f64,
-    /// Acceptance of the fit in words, one line.
-    pub verdict: &'a str,
-    /// One more line for the head of a file.
-    pub note: Option<&'a str>,
-}
+pub use robot::Robot;
 
 /// Returns the robot in this format, as the content of a file.
 ///

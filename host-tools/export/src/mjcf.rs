@@ -13,7 +13,8 @@ use nalgebra::{Isometry3, Vector3};
 use quick_xml::Writer;
 use quick_xml::events::{BytesText, Event};
 
-use crate::assembly::{Assembly, Body};
+use crate::assembly::Assembly;
+use crate::body::Body;
 use crate::text::{number, numbers, symmetric};
 use crate::{ExportError, remark, step};
 

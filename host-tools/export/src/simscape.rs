@@ -8,7 +8,8 @@
 
 use nalgebra::Isometry3;
 
-use crate::assembly::{Assembly, Body};
+use crate::assembly::Assembly;
+use crate::body::Body;
 use crate::remark;
 use crate::text::{number, numbers, symmetric};
 

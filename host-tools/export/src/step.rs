@@ -9,7 +9,8 @@
 
 use nalgebra::{Matrix3, Matrix6, Vector6};
 
-use crate::assembly::{Assembly, Body};
+use crate::assembly::Assembly;
+use crate::body::Body;
 
 /// Longest step, s. It gives 100 steps in a period of 200 Hz, the upper end of the usual band.
 const LONGEST_S: f64 = 5e-5;

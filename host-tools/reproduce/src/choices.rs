@@ -1,7 +1,7 @@
 //! The points that the paper leaves open, and the choices made here.
 
-use super::Effort;
 use super::displacement::ROLL_OFF;
+use super::effort::Effort;
 use super::method::{FIRST, LAST, OUTSIDE, SAMPLES};
 use super::robot::{Study, UNSEEN};
 use super::tables::Choice;

@@ -4,8 +4,8 @@ use fearless_simd::Level;
 use flexid_core::search::{Search, Shrinking, Strategy};
 use nalgebra::Vector3;
 
-use super::Effort;
 use super::displacement::Loss;
+use super::effort::Effort;
 use super::method::METHODS;
 use super::robot::{Purpose, Robot, Study, Unseen, generator};
 use super::solve::Outcome;

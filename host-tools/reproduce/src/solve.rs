@@ -9,12 +9,13 @@ use flexid_core::search::{Search, Weighing};
 use rand_core::Rng as _;
 
 use super::displacement::Loss;
+use super::effort::Effort;
+use super::flexid;
 use super::method::{Kind, Method, SAMPLES, Sensitivity, Variant};
 use super::rivals::Minimise;
 use super::robot::{Purpose, Robot, Study, generator};
 use super::sobol::SobolError;
 use super::test_stand::{TestStand, mean};
-use super::{Effort, flexid};
 
 /// The outcome of one method on one robot.
 #[derive(Clone, Debug, PartialEq)]

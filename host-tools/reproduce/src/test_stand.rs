@@ -8,8 +8,8 @@ use flexid_simulation::validation;
 use nalgebra::Vector3;
 use rand_core::Rng as _;
 
-use super::Effort;
 use super::displacement::{Loss, Scratch};
+use super::effort::Effort;
 use super::robot::{Purpose, Robot, Study, generator};
 use super::sobol::{self, SobolError};
 

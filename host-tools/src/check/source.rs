@@ -13,7 +13,6 @@ pub(super) const LINES: &str = "lines";
 /// A log is not what it seems if more than one in so many of its lines cannot be read. A line that the logger tore is one of many
 /// thousands.
 const UNREADABLE: u64 = 100;
-const COPY: &str = "copy or record it again";
 
 /// Judges the logs of a survey.
 pub(super) fn judge(survey: &Survey) -> Vec<Finding> {
@@ -58,7 +57,7 @@ fn of(trouble: &Trouble) -> Finding {
             finding(Note, text, "right if [bus] interface names the bus of the sensors")
         }
         Trouble::RecordingBroken(error) | Trouble::Unreadable(error) => {
-            finding(Wrong, error.to_string(), COPY)
+            finding(Wrong, error.to_string(), "")
         }
         Trouble::Bus(_) | Trouble::BusBroken(_) => finding(Doubtful, trouble.to_string(), ""),
     }

@@ -94,7 +94,7 @@ fn of_rest(at_rest: AtRest) -> Finding {
             Note,
             ABOUT,
             format!("the accelerometer reads {reading:.2} m/s² at rest, and gravity is 9.81 m/s²"),
-            "right if the sensor removes its mean, as that of `flexid simulate` does; else check unit and factor in [bus] dbc",
+            "right if the sensor removes its mean, as that of `flexid simulate` does; else check its unit and factor",
         ),
         AtRest::Other(reading) => Finding::new(
             Doubtful,

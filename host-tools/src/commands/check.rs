@@ -65,7 +65,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
     // What was found is printed even if a log breaks off, and the error is reported even if that cannot be printed.
     let printed = print(&text);
     if let Some(error) = survey.as_mut().and_then(|survey| survey.broken.take()) {
-        return Err(BadArgument(format!("{error}: copy or record it again")).into());
+        return Err(BadArgument(error.to_string()).into());
     }
     match printed {
         // A reader that closes the pipe does not make it ready.

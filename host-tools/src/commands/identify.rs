@@ -282,8 +282,7 @@ fn from_logs(config: &Config, logs: &[PathBuf]) -> Result<Identified> {
     let evidence = Some(Evidence::of(&outcome)).filter(|evidence| !evidence.records.is_empty());
     let Outcome { finding, robot, statics, clocks, state, troubles, broken, .. } = outcome;
 
-    let broken =
-        broken.map(|error| anyhow!("the recording breaks off: {error}: copy or record it again"));
+    let broken = broken.map(|error| anyhow!("the recording breaks off: {error}"));
     if let Some(finding) = finding {
         other_robot.iter().for_each(|other| complain(&format!("warning: {other}")));
         robot.iter().for_each(|robot| warn_of_one_pose(&config, robot));

@@ -16,19 +16,18 @@
 
 pub mod candidates;
 pub mod greedy;
+mod parameters;
 pub mod prediction;
 pub mod start;
 pub mod table;
 
-use std::path::Path;
-
 use flexid_core::refine::Information;
-use flexid_core::sought::{Coordinate, Sought};
 use flexid_simulation::scenario::{Experiment, Feed};
 use serde::Serialize;
 
 use candidates::{Candidate, Candidates};
 use greedy::Criterion;
+pub(crate) use parameters::parameters;
 use prediction::Prediction;
 use start::Start;
 
@@ -121,26 +120,13 @@ pub fn plan(
     }
 }
 
-/// Number of unknowns that are parameters of the joints. They come first, before the nuisances.
-pub(crate) fn parameters(sought: &Sought) -> usize {
-    let parameter = |unknown: &usize| {
-        let coordinate = sought.coordinate(*unknown);
-        matches!(coordinate, Some(Coordinate::Stiffness { .. } | Coordinate::Damping { .. }))
-    };
-    (0..sought.unknowns()).take_while(parameter).count()
-}
-
-/// The file's name without its folder.
-fn file_name(file: &Path) -> std::path::Display<'_> {
-    file.file_name().map_or(file, Path::new).display()
-}
-
 #[cfg(test)]
 mod tests {
     use std::cell::Cell;
     use std::path::Path;
 
     use flexid_core::calibration::Nuisances;
+    use flexid_core::sought::Sought;
     use flexid_pipeline::config::Config;
     use flexid_simulation::scenario::Scenario;
     use rayon::ThreadPoolBuilder;

@@ -7,7 +7,7 @@ use flexid_pipeline::model::Model;
 use flexid_pipeline::names::name;
 use serde::Serialize;
 
-use super::parameters;
+use super::parameters::parameters;
 
 /// Expected precision of all parameters; tied parameters count once. Standard deviations are relative to the value.
 /// They are infinite (`null` in JSON) where the experiments do not determine the parameter.

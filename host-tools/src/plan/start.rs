@@ -11,7 +11,6 @@ use flexid_prediction::document::COMMAND;
 use flexid_wire::report::{Acceptance, JointReport};
 use flexid_wire::text::{Name, clipped};
 
-use super::file_name;
 use crate::json::{FoundJson, SCHEMA, VersionJson};
 
 /// Smallest standard deviation, relative to the value, and relative margin of the bounds.
@@ -134,6 +133,11 @@ impl Start {
         sought.impose(&mut start.bushings);
         Ok(start)
     }
+}
+
+/// The file's name without its folder.
+fn file_name(file: &Path) -> std::path::Display<'_> {
+    file.file_name().map_or(file, Path::new).display()
 }
 
 #[cfg(test)]

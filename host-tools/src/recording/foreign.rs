@@ -39,7 +39,7 @@ const HDF5: &str = "is an HDF5 file, as MATLAB 7.3 and others write: export its 
     v = {n: x.T if len(x) < x.shape[1] else x for n, x in v.items()}; rows = max(map(len, v.values())); \
     pandas.DataFrame({n + str(i or ''): c for n, x in v.items() if len(x) == rows for i, c in enumerate(x.T)}).to_csv('OUT.csv', index=False)\"`";
 const UNIVERSAL: &str = "is a universal file (UFF): export its time records as a table with `pip install pyuff pandas; python3 -c \"import pyuff, pandas; \
-    sets = [x for x in pyuff.UFF('IN.uff').read_sets() if x['type'] == 58]; pandas.DataFrame({x['id1']: x['data'] for x in sets}, \
+    sets = [x for x in pyuff.UFF('IN.uff').read_sets() if x['type'] == 58 and x['func_type'] == 1]; pandas.DataFrame({x['id1']: x['data'] for x in sets}, \
     index=sets[0]['x']).to_csv('OUT.csv', index_label='time')\"`";
 const ASC: &str =
     "is an ASC log: convert it with `pip install python-can; can_logconvert IN.asc OUT.log`";
@@ -115,8 +115,10 @@ fn way(format: Binary, head: &[u8]) -> Option<&'static str> {
         Binary::Zstd => "is packed with zstd, and more than once: unpack it first with `zstd -d`",
         Binary::Xz => "is packed with xz: unpack it first with `xz -d`",
         Binary::Bzip2 => "is packed with bzip2: unpack it first with `bzip2 -d`",
-        Binary::Zip => "is a zip archive: unpack it first with `unzip`",
-        Binary::Workbook => "is a workbook of Excel, and no log: name the log that it comes from",
+        Binary::Zip => {
+            "is a workbook of Excel or another archive: save its sheet as CSV, or unpack it first with `unzip`"
+        }
+        Binary::Workbook => "is a workbook of Excel: save its sheet as CSV",
         Binary::Pdf => "is a PDF, and no log: name another file",
         Binary::Program => "is a program, and no log: name another file",
     })
@@ -193,7 +195,7 @@ mod tests {
             (b"    -1\n   151\nMODEL\n", "is a universal file (UFF): "),
             (b"\xFD7zXZ\0\0\x04", "is packed with xz: "),
             // Formats that the configuration's reader knows are known here, too.
-            (b"\xD0\xCF\x11\xE0\xA1\xB1", "is a workbook of Excel, and no log: "),
+            (b"\xD0\xCF\x11\xE0\xA1\xB1", "is a workbook of Excel: save its sheet as CSV"),
             (b"%PDF-1.7\n%\xE2\xE3", "is a PDF, and no log: "),
             (asc, "is an ASC log: "),
             (b";$FILEVERSION=2.1\r\n;$STARTTIME=46020.38888888958\r\n;\r\n", "is a PEAK trace: "),

@@ -4,9 +4,9 @@ use flexid_pipeline::report::Summary;
 use flexid_pipeline::text::count;
 use flexid_wire::answer::Answer;
 use flexid_wire::messages::{Phase, Progress};
-use flexid_wire::report::{Acceptance, JointReport, Verdict};
+use flexid_wire::report::{Acceptance, Verdict};
 
-use crate::show::view::View;
+use crate::show::view::{View, has_identified};
 
 /// How good or bad something is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -87,12 +87,6 @@ fn so_far(answer: &Answer, progress: Option<&Progress>) -> String {
         .filter(at_work)
         .map(|own| format!(" ({:.0} % of the work is done)", 100.0 * own.fraction));
     format!("so far: {answer}; not settled yet{}", share.unwrap_or_default())
-}
-
-/// Returns whether the data determine a parameter of the joint.
-pub(crate) fn has_identified(joint: &JointReport) -> bool {
-    let mut verdicts = joint.stiffness_verdict.iter().chain(&joint.damping_verdict);
-    verdicts.any(|verdict| *verdict == Verdict::Identified)
 }
 
 /// The tone of a parameter's verdict.

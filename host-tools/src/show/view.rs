@@ -5,10 +5,8 @@ use std::time::Duration;
 use flexid_pipeline::text::count;
 use flexid_wire::finding::Finding;
 use flexid_wire::messages::{BusErrors, BusHealth, BusState, FromEdge, Phase, Progress, Status};
-use flexid_wire::report::{Acceptance, Report};
+use flexid_wire::report::{Acceptance, JointReport, Report, Verdict};
 use flexid_wire::spectra::Spectra;
-
-use crate::show::headline::has_identified;
 
 /// Shortest time between two drawings of the screen.
 pub(crate) const REDRAW: Duration = Duration::from_millis(200);
@@ -164,4 +162,10 @@ fn errors(errors: &BusErrors) -> impl Iterator<Item = (u64, &'static str)> {
         (errors.transmit_timeout, "transmit timeouts"),
     ]
     .into_iter()
+}
+
+/// Returns whether the data determine a parameter of the joint.
+pub(crate) fn has_identified(joint: &JointReport) -> bool {
+    let mut verdicts = joint.stiffness_verdict.iter().chain(&joint.damping_verdict);
+    verdicts.any(|verdict| *verdict == Verdict::Identified)
 }

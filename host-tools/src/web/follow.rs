@@ -9,6 +9,7 @@ use tokio::sync::watch;
 
 use super::PACE;
 use super::parts::{self, Parts};
+use super::state::{Link, State};
 use crate::client::{Client, ClientError};
 use crate::show::view::View;
 
@@ -16,27 +17,6 @@ use crate::show::view::View;
 const RETRY: Duration = Duration::from_millis(500);
 /// Longest silence of a daemon that is reached. Chosen: ten times the interval at which a daemon tells its state.
 const SILENCE: Duration = Duration::from_secs(5);
-
-/// Connection to the daemon.
-#[derive(Clone, Debug)]
-pub(super) enum Link {
-    /// The daemon is reached.
-    Live,
-    /// The daemon is not reached, for this reason.
-    Lost(String),
-}
-
-/// The latest of a daemon.
-pub(super) struct State {
-    /// Address of the daemon.
-    pub(super) address: String,
-    /// Connection to the daemon.
-    pub(super) link: Link,
-    /// Time of the newest message.
-    pub(super) heard: Option<SystemTime>,
-    /// The newest messages. They stay when the connection ends.
-    pub(super) view: View,
-}
 
 /// A page of a daemon that is not reached yet.
 pub(crate) fn begin(address: &Listen) -> watch::Sender<Parts> {
@@ -57,13 +37,6 @@ pub(crate) fn follow(address: &Listen, page: &watch::Sender<Parts>) -> ! {
         state.link = Link::Lost(error.to_string());
         publish(&state, page);
         thread::sleep(RETRY);
-    }
-}
-
-impl State {
-    fn new(address: &Listen) -> Self {
-        let link = Link::Lost("not connected yet".to_owned());
-        Self { address: address.to_string(), link, heard: None, view: View::default() }
     }
 }
 

@@ -14,6 +14,7 @@
 //! Everything is rendered here. The script in the page only replaces parts by those of the stream. Each client reads the latest
 //! parts at its own pace, and none holds up another or the daemon.
 
+mod class;
 pub(crate) mod connections;
 mod document;
 mod events;
@@ -22,6 +23,7 @@ mod parameters;
 mod parts;
 pub(crate) mod service;
 mod slots;
+mod state;
 
 use std::time::Duration;
 

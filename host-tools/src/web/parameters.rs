@@ -7,7 +7,7 @@ use flexid_wire::report::Verdict;
 use flexid_wire::words::Within;
 use maud::{Markup, html};
 
-use super::parts::class;
+use super::class::class;
 use crate::show::headline::tone;
 use crate::show::table::DOF_NAMES;
 use crate::show::verdict;

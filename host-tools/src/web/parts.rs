@@ -9,10 +9,11 @@ use flexid_wire::messages::{Phase, Status};
 use flexid_wire::spectra::Spectra;
 use maud::{Markup, html};
 
-use super::follow::{Link, State};
+use super::class::class;
 use super::parameters::parameters;
+use super::state::{Link, State};
 use crate::show::confidence;
-use crate::show::headline::{Headline, Tone};
+use crate::show::headline::Headline;
 use crate::show::view::View;
 
 /// Names of the parts.
@@ -172,17 +173,6 @@ fn bar(of: &str, fraction: f32) -> Markup {
             span { (of) " " (format!("{percent:.0} %")) }
             progress max="100" value=(format!("{percent:.0}")) {}
         }
-    }
-}
-
-/// The class of the style sheet for a tone.
-pub(super) fn class(tone: Tone) -> &'static str {
-    match tone {
-        Tone::Neutral => "neutral",
-        Tone::Faint => "faint",
-        Tone::Good => "good",
-        Tone::Caution => "caution",
-        Tone::Bad => "bad",
     }
 }
 

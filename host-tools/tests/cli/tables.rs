@@ -95,7 +95,7 @@ fn what_is_wrong_with_a_table_is_one_line() {
     table("a.csv", NAMES.replace("time [s]", "number") + &rows(2000.0));
     let line = refused(path, "check --config edge.toml a.csv");
     assert!(
-        line.contains("[measurement] rate_hz is missing, and the table has no column of time"),
+        line.contains("[measurement] rate_hz is missing, and no column of the table tells it"),
         "{line}"
     );
     let line = refused(path, "plan --config edge.toml");

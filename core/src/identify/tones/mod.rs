@@ -14,7 +14,7 @@ mod candidates;
 
 use heapless::Vec;
 
-use super::noise::Shown;
+use super::shown::Shown;
 use crate::refine::Unexplained;
 use crate::spectrum::{Experiment, MAX_TONES, Tone};
 pub(super) use candidates::Candidate;

@@ -10,6 +10,7 @@
 //! Below the highest frequency at which the robot rings, the noise counts as loud as just above, or as the plateau below the corner
 //! of a sensor's filter.
 
+mod axis;
 mod levels;
 mod lines;
 mod observed;
@@ -18,9 +19,7 @@ mod quiet;
 
 use core::ops::Range;
 
-use heapless::Vec;
-
-use crate::noise::{Level, Line, MAX_LEVELS, MAX_LINES, NoiseShape};
+pub(super) use axis::AxisNoise;
 use observed::Observed;
 use periodogram::SHORTEST;
 pub(super) use quiet::{BLOCK, is_dead, repeats, variance};
@@ -40,14 +39,6 @@ const EXPLAINED: f32 = 2.0;
 /// tenth of a second at 2 kHz, 200 samples.
 const AS_QUIET: f32 = 1.3;
 
-/// Noise of one axis.
-#[derive(Clone, Debug, PartialEq)]
-pub(super) struct AxisNoise {
-    /// Mean square of one sample.
-    pub(super) power: f32,
-    pub(super) shape: NoiseShape,
-}
-
 /// Noise of both sensors, per axis, and how the record starts.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Noise {
@@ -61,43 +52,6 @@ pub(super) struct Noise {
     pub(super) quiet: bool,
     /// True if the spectrum of the acceleration's noise was read while the robot rested.
     pub(super) at_rest: bool,
-}
-
-impl AxisNoise {
-    fn white(power: f32) -> Self {
-        Self { power, shape: NoiseShape::WHITE }
-    }
-
-    /// Makes the noise from levels and lines; their densities and shares are mean squares of a sample.
-    fn new(mut levels: Vec<Level, MAX_LEVELS>, mut lines: Vec<Line, MAX_LINES>) -> Self {
-        let (mut power, mut start) = (0.0, 0.0);
-        for level in &levels {
-            power += 2.0 * (level.end - start) * level.density;
-            start = level.end;
-        }
-        power += lines.iter().map(|line| line.share).sum::<f32>();
-        let parts = levels.iter_mut().map(|level| &mut level.density);
-        for part in parts.chain(lines.iter_mut().map(|line| &mut line.share)) {
-            *part /= power.max(f32::MIN_POSITIVE);
-        }
-        Self { power, shape: NoiseShape { levels, lines } }
-    }
-
-    /// This noise with white noise of the power `added`, and at no frequency quieter than white noise of the power `least`.
-    pub(super) fn raised(&self, least: f32, added: f32) -> Self {
-        let Self { power, shape } = self;
-        if shape.levels.is_empty() {
-            return Self::white(power.max(least) + added);
-        }
-        let NoiseShape { mut levels, mut lines } = shape.clone();
-        for level in &mut levels {
-            level.density = (power * level.density).max(least) + added;
-        }
-        for line in &mut lines {
-            line.share *= power;
-        }
-        Self::new(levels, lines)
-    }
 }
 
 impl Noise {

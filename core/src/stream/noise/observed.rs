@@ -2,7 +2,7 @@
 
 use heapless::Vec;
 
-use super::AxisNoise;
+use super::axis::AxisNoise;
 use super::levels::levels;
 use super::lines::{self, Peak, Windowed};
 use super::periodogram::{LONGEST, MAX_ORDINATES, Periodogram};

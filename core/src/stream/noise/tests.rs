@@ -1,4 +1,5 @@
 use super::*;
+use crate::noise::NoiseShape;
 use std::vec::Vec;
 
 /// Smallest step of the force, N.

@@ -8,7 +8,7 @@ use flexid_core::parameters::Bounds;
 use flexid_core::sought::Coordinate;
 use serde::Deserialize;
 
-use super::sought::{joint, parameter};
+use super::parameter::{joint, parameter};
 use crate::model::Model;
 
 /// Range of the stiffnesses and dampings that are accepted, SI units. No bushing of a robot lies outside. A value outside is a

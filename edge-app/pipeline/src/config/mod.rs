@@ -5,6 +5,7 @@ mod bounds;
 mod fingerprint;
 mod listen;
 mod mounting;
+mod parameter;
 mod recording;
 mod sections;
 mod sought;
@@ -33,10 +34,9 @@ pub use flexid_core::sensors::Accelerometer;
 
 pub use accuracy::loose;
 pub use bounds::BoundsSection;
-use bounds::CONCEIVABLE;
 pub use fingerprint::{Fingerprint, Validity};
 pub use listen::{Listen, ListenError, SocketAccess};
-use recording::{Recording, Sections};
+use recording::{Recording, Sections, Use};
 use sections::Assumed;
 pub use sections::{Axes, ChannelsSection, ClocksKey, ForceAxes, SignalsSection};
 
@@ -97,17 +97,6 @@ pub struct Config {
     pub seed: u64,
     /// File with truth, forces and noise of the simulated robot. The daemon does not read it.
     pub scenario: Option<PathBuf>,
-}
-
-/// Where the records of a config come from.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Use {
-    /// From a bus: the daemon and the simulator need one.
-    Bus,
-    /// From recordings. Tables need no bus.
-    Recordings,
-    /// From recordings, or from nowhere: static tests suffice.
-    Statics,
 }
 
 impl Config {
@@ -307,7 +296,7 @@ impl Config {
         config.signals = signals;
         if !self.knows_rate {
             config.rate_hz = tables.rate_hz.ok_or_else(|| {
-                bad("[measurement] rate_hz is missing, and the table has no column of time: add one of them".into())
+                bad("[measurement] rate_hz is missing, and no column of the table tells it: state it, or give the time of each row".into())
             })?;
             let stated = self.states_record_samples.then_some(self.record_samples);
             config.record_samples =

@@ -1,10 +1,10 @@
 //! Sections `[bus]`, `[signals]`, `[recording]` and `[measurement]`: how records come. A file for tables has no `[bus]`. A file of static tests
 //! alone has none of them.
 
+use flexid_core::sensors::Accelerometer;
 use std::path::{Path, PathBuf};
 
 use super::sections::{BusSection, ForceAxes, MeasurementSection, SignalsSection, TopicsSection};
-use super::{Accelerometer, Use};
 use crate::columns;
 use crate::input::BadInput;
 use crate::model::Model;
@@ -31,6 +31,17 @@ pub(super) struct Sections {
     pub(super) measurement: Option<MeasurementSection>,
     /// File of the poses of tables.
     pub(super) poses: Option<PathBuf>,
+}
+
+/// Where the records of a config come from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Use {
+    /// From a bus: the daemon and the simulator need one.
+    Bus,
+    /// From recordings. Tables need no bus.
+    Recordings,
+    /// From recordings, or from nowhere: static tests suffice.
+    Statics,
 }
 
 /// How records come. The fields are those of [`Config`](super::Config).

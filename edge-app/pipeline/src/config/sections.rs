@@ -1,5 +1,6 @@
 //! Sections and keys of `EDGE.toml`, not yet checked.
 
+use flexid_core::sensors::Accelerometer;
 use std::collections::BTreeMap;
 use std::fmt;
 use std::path::PathBuf;
@@ -8,7 +9,7 @@ use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
 use serde::de::{self, MapAccess, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer};
 
-use super::{Accelerometer, BoundsSection};
+use super::bounds::BoundsSection;
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]

@@ -3,10 +3,10 @@
 use flexid_core::calibration::Nuisances;
 use flexid_core::sought::{Coordinate, Sought};
 
-use super::CONCEIVABLE;
+use super::bounds::CONCEIVABLE;
+use super::parameter::parameter;
 use super::sections::{CalibrationSection, ParametersSection};
 use crate::model::Model;
-use crate::names::DOF_NAMES;
 
 /// Makes `Sought` of the nuisances and of the parameters that are fixed or tied to others.
 pub(super) fn sought(
@@ -88,34 +88,6 @@ fn nuisances(section: &CalibrationSection) -> Result<Nuisances, String> {
         misalignment: width("misalignment_rad", section.misalignment_rad, 0.5, "in rad")?,
         mass: width("link_mass", section.link_mass, 1.0, part)?,
     })
-}
-
-/// Returns the index of the joint `name`, base first.
-pub(super) fn joint(name: &str, model: &Model) -> Result<usize, String> {
-    model.joints.iter().position(|own| own.name == name).ok_or_else(|| {
-        let names: Vec<_> = model.joints.iter().map(|joint| joint.name.as_str()).collect();
-        format!("the model has no joint {name:?}, it has {}", names.join(", "))
-    })
-}
-
-/// Parses the name of a parameter, for example `joint_1.stiffness.tx`. The name of the joint may contain points. `place` names
-/// the section in errors.
-pub(super) fn parameter(place: &str, name: &str, model: &Model) -> Result<Coordinate, String> {
-    let wrong = |mend: String| format!("{place} has {name:?}: {mend}");
-    let shape = || wrong("write it like \"joint_1.stiffness.tx\"".into());
-    let mut parts = name.rsplitn(3, '.');
-    let (Some(dof), Some(kind), Some(joint)) = (parts.next(), parts.next(), parts.next()) else {
-        return Err(shape());
-    };
-    let joint = self::joint(joint, model).map_err(wrong)?;
-    let dof = DOF_NAMES.iter().position(|own| *own == dof).ok_or_else(|| {
-        wrong(format!("{dof:?} is no degree of freedom: one of {}", DOF_NAMES.join(", ")))
-    })?;
-    match kind {
-        "stiffness" => Ok(Coordinate::Stiffness { joint, dof }),
-        "damping" => Ok(Coordinate::Damping { joint, dof }),
-        _ => Err(wrong(format!("{kind:?} is neither \"stiffness\" nor \"damping\""))),
-    }
 }
 
 /// Returns whether a parameter is a damping, and whether it belongs to a rotation. Its unit and its bounds depend on both.

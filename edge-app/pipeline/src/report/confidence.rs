@@ -14,14 +14,12 @@ use flexid_wire::text::{Label, clipped};
 use super::directions::weak_direction;
 use super::explanations::explanations;
 use super::imperfections::conspicuous;
+use super::interval::{log_normal, normal};
 use super::residuals::{Residuals, distortion};
 use super::verdict::verdict;
 use crate::config::Config;
 use crate::names::{name, names};
 use crate::record::Pose;
-
-/// Number of standard deviations within which 95 % of a normal distribution lie.
-const WITHIN: f64 = 1.959_964;
 
 /// Parts of a confidence beside its estimate.
 pub(crate) struct Details<'a> {
@@ -85,12 +83,6 @@ pub(crate) fn confidence(
     }
 }
 
-/// Returns the interval of a value whose logarithm is normally distributed.
-pub(super) fn log_normal(value: f64, standard_deviation: f64) -> Interval {
-    let factor = (WITHIN * standard_deviation / value).exp();
-    [value / factor, value * factor]
-}
-
 /// Makes a nuisance without its name. The verdict compares its deviation with that of its prior, `width`. The interval does not
 /// depend on the verdict, since the prior is known in any case.
 fn nuisance(found: &sought::Nuisance, width: f64, trust: Trust, residuals: Residuals) -> Nuisance {
@@ -113,10 +105,6 @@ fn nuisance(found: &sought::Nuisance, width: f64, trust: Trust, residuals: Resid
         interval: std.filter(|_| residuals.allow_intervals()).map(|std| interval(value, std)),
         verdict: verdict(own),
     }
-}
-
-pub(super) fn normal(value: f64, standard_deviation: f64) -> Interval {
-    [value - WITHIN * standard_deviation, value + WITHIN * standard_deviation]
 }
 
 fn left_over(found: &LeftOver, poses: &[Pose]) -> left_over::LeftOver {
@@ -154,6 +142,7 @@ mod tests {
     use flexid_wire::report::Verdict;
 
     use super::*;
+    use crate::report::interval::WITHIN;
 
     #[test]
     fn an_interval_is_as_wide_as_its_deviation_says() {

@@ -3,14 +3,13 @@
 use std::f64::consts::TAU;
 
 use flexid_core::identify::PlantEstimate;
-use flexid_core::imperfection::{Imperfection, Sensor};
+use flexid_core::imperfection::Imperfection;
 use flexid_core::refine::{self, FoundImperfection};
-use flexid_wire::accuracy::Accuracy;
 use flexid_wire::explanation::{Deviation, Explanation};
 use flexid_wire::text::clipped;
 use flexid_wire::warning::Warning;
 
-use super::imperfections::{is_factor, is_listed, name, sensor, unit};
+use super::kind::{entry, is_factor, is_listed, name, sensor, unit};
 use super::residuals::Residuals;
 use crate::model::Model;
 
@@ -110,46 +109,11 @@ fn hz(squared_period: f64) -> f64 {
     1.0 / (TAU * squared_period.sqrt())
 }
 
-/// The entry of `[accuracy]` that speaks of an imperfection.
-pub(super) fn entry(imperfection: Imperfection) -> Accuracy {
-    use Sensor::{Accelerometer, Force};
-    match imperfection {
-        Imperfection::Delay | Imperfection::Dispersion | Imperfection::RollOff => Accuracy::DelayS,
-        Imperfection::Gain(Force, _) => Accuracy::ForceGain,
-        Imperfection::Gain(Accelerometer, _) => Accuracy::AccelerationGain,
-        Imperfection::Crosstalk(Force, ..) => Accuracy::ForceCrosstalk,
-        Imperfection::Crosstalk(Accelerometer, ..) => Accuracy::AccelerationCrosstalk,
-        Imperfection::Turn(Force, _) => Accuracy::ForceAngleRad,
-        Imperfection::Turn(Accelerometer, _) => Accuracy::AccelerometerAngleRad,
-        Imperfection::ToolTurn(_) => Accuracy::ToolAngleRad,
-        Imperfection::ToolCentrePoint(_) => Accuracy::TcpM,
-        Imperfection::AccelerometerPlace(_) => Accuracy::AccelerometerPlaceM,
-        Imperfection::Resonance(Force) => Accuracy::ForceResonanceHz,
-        Imperfection::Resonance(Accelerometer) => Accuracy::AccelerometerResonanceHz,
-        Imperfection::HighPass(Force) => Accuracy::ForceHighPassHz,
-        Imperfection::HighPass(Accelerometer) => Accuracy::AccelerometerHighPassHz,
-        Imperfection::Mass(_) => Accuracy::LinkMass,
-        Imperfection::CentreOfMass(..) => Accuracy::CentreOfMassM,
-        Imperfection::JointAngle(_) => Accuracy::JointAngleRad,
-        Imperfection::ElasticCentre(..) => Accuracy::ElasticCentreM,
-        Imperfection::Inertia(..) => Accuracy::LinkInertia,
-        Imperfection::Hysteresis => Accuracy::Hysteresis,
-        Imperfection::Servo(_) => Accuracy::DriveGrowth,
-        Imperfection::Load => Accuracy::DriveGrowthPerKnm,
-        Imperfection::Ground(..3) | Imperfection::GroundDamping(..3) => Accuracy::GroundMPerN,
-        Imperfection::Ground(_) | Imperfection::GroundDamping(_) => Accuracy::GroundRadPerNm,
-        Imperfection::BaseMass => Accuracy::BaseMass,
-        Imperfection::Hose => Accuracy::HoseNPerM,
-        Imperfection::HoseDamping => Accuracy::HoseNsPerM,
-        Imperfection::DelayDrift => Accuracy::DelayDrift,
-        Imperfection::RecordDelay(_) => Accuracy::DelayOfRecordS,
-        Imperfection::RecordStiffness(_) => Accuracy::StiffnessOfRecord,
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use std::path::Path;
+
+    use flexid_core::imperfection::Sensor;
 
     use super::*;
     use crate::config::Config;

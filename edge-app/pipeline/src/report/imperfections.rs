@@ -1,24 +1,20 @@
 //! The imperfections that the data show.
 
-use flexid_core::imperfection::{Imperfection, Sensor};
 use flexid_core::refine::FoundImperfection;
 use flexid_core::verdict::Trust;
 use flexid_wire::confidence::Nuisance;
-use flexid_wire::text::{Label, clipped};
+use flexid_wire::text::clipped;
 
-use super::confidence::{log_normal, normal};
-use super::explanations::entry;
+use super::interval::{log_normal, normal};
+use super::kind::{entry, has_entry, is_factor, is_listed, name, unit};
 use super::residuals::Residuals;
 use super::verdict::verdict;
-use crate::model::{Kind, Model};
-use crate::names::{DOF_NAMES, joint_name};
+use crate::model::Model;
 
 /// Part of its prior's standard deviation below which the data determine an imperfection. Chosen: they then say more than the prior.
 const DETERMINED: f64 = 0.5;
 /// Standard deviations of its prior beyond which an imperfection is worth a look: a normal distribution exceeds it once in twenty.
 const CONSPICUOUS: f64 = 2.0;
-const AXES: [&str; 3] = ["x", "y", "z"];
-const SPREADS: [&str; 6] = ["x", "y", "z", "xy", "xz", "yz"];
 
 /// Returns the imperfections that are larger than their accuracies promise, and then those that the data determine. Of each, the first
 /// is the one that explains most: it differs from zero by most of its own standard deviations.
@@ -65,129 +61,5 @@ fn nuisance(
         std,
         interval: std.filter(|_| residuals.allow_intervals()).map(|std| interval(value, std)),
         verdict: verdict(own),
-    }
-}
-
-/// Returns whether an entry states its accuracy. That of the ground's damping follows from the ground's compliance, and those of a low-pass from the
-/// delay.
-fn has_entry(imperfection: Imperfection) -> bool {
-    !matches!(
-        imperfection,
-        Imperfection::GroundDamping(_) | Imperfection::Dispersion | Imperfection::RollOff
-    )
-}
-
-/// Returns whether a report names it. What a low-pass does beside its delay belongs to the delay.
-pub(super) fn is_listed(imperfection: Imperfection) -> bool {
-    !matches!(imperfection, Imperfection::Dispersion | Imperfection::RollOff)
-}
-
-/// Returns whether an imperfection is the logarithm of a factor.
-pub(super) fn is_factor(imperfection: Imperfection) -> bool {
-    matches!(
-        imperfection,
-        Imperfection::Gain(..)
-            | Imperfection::Mass(_)
-            | Imperfection::RecordStiffness(_)
-            | Imperfection::BaseMass
-    )
-}
-
-/// Returns the name of an imperfection, for example `force sensor turned about x`.
-pub(super) fn name(imperfection: Imperfection, model: &Model) -> Label {
-    let joint = |joint| joint_name(model, joint);
-    match imperfection {
-        Imperfection::Delay => clipped("delay"),
-        Imperfection::Gain(of, axis) => clipped(format_args!("{} gain {}", sensor(of), AXES[axis])),
-        Imperfection::Crosstalk(of, into, from) => clipped(format_args!(
-            "{} crosstalk from {} into {}",
-            sensor(of),
-            AXES[from],
-            AXES[into]
-        )),
-        Imperfection::Turn(of, axis) => {
-            clipped(format_args!("{} turned about {}", sensor(of), AXES[axis]))
-        }
-        Imperfection::ToolTurn(axis) => clipped(format_args!("tool turned about {}", AXES[axis])),
-        Imperfection::ToolCentrePoint(axis) => clipped(format_args!("TCP {}", AXES[axis])),
-        Imperfection::AccelerometerPlace(axis) => {
-            clipped(format_args!("accelerometer place {}", AXES[axis]))
-        }
-        Imperfection::Resonance(of) => clipped(format_args!("{} 1/omega^2", sensor(of))),
-        Imperfection::HighPass(of) => clipped(format_args!("{} high-pass", sensor(of))),
-        Imperfection::Mass(link) => clipped(format_args!("mass of {}'s link", joint(link))),
-        Imperfection::CentreOfMass(link, axis) => {
-            clipped(format_args!("centre of mass {} of {}", AXES[axis], joint(link)))
-        }
-        Imperfection::JointAngle(of) => clipped(format_args!("angle of {}", joint(of))),
-        Imperfection::ElasticCentre(of, axis) => {
-            clipped(format_args!("elastic centre {} of {}", AXES[axis], joint(of)))
-        }
-        Imperfection::Inertia(link, entry) => {
-            clipped(format_args!("spread {} of {}'s link", SPREADS[entry], joint(link)))
-        }
-        Imperfection::Hysteresis => clipped("hysteretic part of dampings"),
-        Imperfection::Servo(of) => {
-            clipped(format_args!("drive of {}: growth above 10 Hz", joint(of)))
-        }
-        Imperfection::Load => clipped("drives: growth with load"),
-        Imperfection::Ground(dof) => clipped(format_args!("ground {}", DOF_NAMES[dof])),
-        Imperfection::GroundDamping(dof) => {
-            clipped(format_args!("damping of ground {}", DOF_NAMES[dof]))
-        }
-        Imperfection::BaseMass => clipped("mass of the base"),
-        Imperfection::Hose => clipped("hose at the tool"),
-        Imperfection::HoseDamping => clipped("damping of hose at the tool"),
-        Imperfection::DelayDrift => clipped("drift of delay"),
-        Imperfection::Dispersion => clipped("low-pass beside its delay: phase"),
-        Imperfection::RollOff => clipped("low-pass beside its delay: magnitude"),
-        Imperfection::RecordDelay(record) => {
-            clipped(format_args!("delay of record {}", record + 1))
-        }
-        Imperfection::RecordStiffness(record) => {
-            clipped(format_args!("stiffness of record {}", record + 1))
-        }
-    }
-}
-
-/// Returns the name of a sensor.
-pub(super) fn sensor(sensor: Sensor) -> &'static str {
-    match sensor {
-        Sensor::Force => "force sensor",
-        Sensor::Accelerometer => "accelerometer",
-    }
-}
-
-/// Returns the unit of an imperfection.
-pub(super) fn unit(imperfection: Imperfection, model: &Model) -> &'static str {
-    let slides = |joint: usize| model.joints[joint].kind == Kind::Prismatic;
-    match imperfection {
-        Imperfection::JointAngle(joint) if slides(joint) => "m",
-        Imperfection::Delay | Imperfection::RecordDelay(_) => "s",
-        Imperfection::Load => "1/Nm",
-        Imperfection::Ground(..3) => "m/N",
-        Imperfection::Ground(_) => "rad/Nm",
-        Imperfection::GroundDamping(..3) => "m s/N",
-        Imperfection::GroundDamping(_) => "rad s/Nm",
-        Imperfection::Gain(..)
-        | Imperfection::Crosstalk(..)
-        | Imperfection::Mass(_)
-        | Imperfection::Inertia(..)
-        | Imperfection::Hysteresis
-        | Imperfection::Servo(_)
-        | Imperfection::RecordStiffness(_)
-        | Imperfection::BaseMass => "",
-        Imperfection::Turn(..) | Imperfection::ToolTurn(_) | Imperfection::JointAngle(_) => "rad",
-        Imperfection::ToolCentrePoint(_)
-        | Imperfection::AccelerometerPlace(_)
-        | Imperfection::CentreOfMass(..)
-        | Imperfection::ElasticCentre(..) => "m",
-        Imperfection::Resonance(_) => "s^2",
-        Imperfection::HighPass(_) => "rad/s",
-        Imperfection::Hose => "N/m",
-        Imperfection::HoseDamping => "Ns/m",
-        Imperfection::DelayDrift => "s/s",
-        Imperfection::Dispersion => "s^3",
-        Imperfection::RollOff => "s^4",
     }
 }

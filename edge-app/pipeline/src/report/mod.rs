@@ -8,6 +8,8 @@ mod directions;
 mod explanations;
 mod fault;
 mod imperfections;
+mod interval;
+mod kind;
 mod lines;
 mod louder_cut;
 mod residuals;

@@ -149,8 +149,9 @@ impl<R: Read> CandumpLog<R> {
         loop {
             self.lines += 1;
             let read = line::read(&mut self.text, &mut self.line).map_err(|error| {
+                let (file, line) = (self.file.display(), self.lines);
                 let message =
-                    format!("{}:{}: cannot be read: {error}", self.file.display(), self.lines);
+                    format!("{file}:{line}: cannot be read: {error}: copy or record it again");
                 io::Error::new(error.kind(), message)
             })?;
             let garbage = match read {
@@ -406,7 +407,7 @@ mod tests {
         let mut batch = Vec::new();
         let error = log("a.log").read(&mut batch, Duration::ZERO).unwrap_err();
         assert_eq!(batch.len(), 1);
-        assert_eq!(error.to_string(), "a.log:2: cannot be read: worn out");
+        assert_eq!(error.to_string(), "a.log:2: cannot be read: worn out: copy or record it again");
 
         let mut logs = Logs::new([Ok(log("a.log").on_bus("can0").unwrap()), Ok(log("b.log"))]);
         let mut batch = Vec::new();
@@ -417,7 +418,7 @@ mod tests {
             }
         };
         assert_eq!(batch.len(), 2);
-        assert_eq!(error.to_string(), "a.log:2: cannot be read: worn out");
+        assert_eq!(error.to_string(), "a.log:2: cannot be read: worn out: copy or record it again");
         assert_eq!(
             lines(&logs.health()),
             ["b.log:2: cannot be read: worn out: copy or record it again"]

@@ -16,7 +16,7 @@
 
 use flexid_wire::trouble::BusFaultKind;
 
-use super::{Frame, LinkState};
+use super::frame::Frame;
 
 // Classes of error frames, bits of their identifier (`linux/can/error.h`).
 const TX_TIMEOUT: u32 = 0x001;
@@ -33,6 +33,20 @@ const OVERFLOW: u8 = 0x03;
 const WARNING: u8 = 0x0C;
 const PASSIVE: u8 = 0x30;
 const ACTIVE: u8 = 0x40;
+
+/// State of a link.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum LinkState {
+    /// Frames can come.
+    #[default]
+    Up,
+    /// The link is down.
+    Down,
+    /// The controller has left the bus after too many errors.
+    BusOff,
+    /// The interface does not exist any more.
+    Gone,
+}
 
 /// Numbers of error frames of each class since the start. One frame may belong to several classes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -19,7 +19,7 @@ use flexid_wire::trouble::{BusFault, Trouble};
 pub use candump::{CandumpLog, LOOK_AHEAD};
 pub use frame::{Arrival, Content, Frame, FrameKind, LONGEST_DATA};
 pub use line::is_frame;
-pub use link::ErrorCounts;
+pub use link::{ErrorCounts, LinkState};
 pub use logs::Logs;
 pub use socket::{CanSocket, OpenError};
 pub use table::{Layout, Shown, TableLog, Topics};
@@ -45,20 +45,6 @@ pub enum Flow {
     Open,
     /// The recording is over, or the other end is closed.
     Ended,
-}
-
-/// State of a link.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum LinkState {
-    /// Frames can come.
-    #[default]
-    Up,
-    /// The link is down.
-    Down,
-    /// The controller has left the bus after too many errors.
-    BusOff,
-    /// The interface does not exist any more.
-    Gone,
 }
 
 /// Condition of a source.

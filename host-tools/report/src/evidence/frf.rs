@@ -33,7 +33,7 @@ use nalgebra::{Complex, Matrix3, Vector3};
 use realfft::RealFftPlanner;
 use serde::{Deserialize, Serialize};
 
-use super::{rounded, thinned};
+use super::curve::{rounded, thinned};
 
 /// Largest standard deviation of an entry, in parts of its size. Chosen: beyond, three standard deviations are the entry itself.
 const MOST_ERROR: f64 = 1.0 / 3.0;

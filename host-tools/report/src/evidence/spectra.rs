@@ -9,7 +9,7 @@
 use flexid_pipeline::solver::{FittedBin, FittedRecord, bands};
 use serde::{Deserialize, Serialize};
 
-use super::{POINTS, rounded};
+use super::curve::{POINTS, rounded};
 
 /// A record that the fit rests on.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

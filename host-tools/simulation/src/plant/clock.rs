@@ -4,7 +4,7 @@ use rand_core::Rng;
 use rand_distr::{Distribution, StandardNormal};
 use serde::Deserialize;
 
-use super::between;
+use super::range::between;
 
 /// Errors of a sensor's clock. The sample of number n is taken at `n/rate · (1 + 1e-6 ppm) − late + jitter` of the robot's time.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize)]

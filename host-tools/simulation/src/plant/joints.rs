@@ -8,8 +8,8 @@ use nalgebra::Vector6;
 use serde::Deserialize;
 use std::f64::consts::{FRAC_2_PI, TAU};
 
-use super::between;
 use super::elements::{Element, Law};
+use super::range::between;
 
 /// Deviations of all joints. The drive's degree of freedom is that about (or along) the axis of the joint.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]

@@ -6,6 +6,7 @@
 //! | module         | holds                                                              |
 //! | -------------- | ------------------------------------------------------------------ |
 //! | [`robot`]      | geometry and masses that differ from the model; further bushings   |
+//! | [`chain`]      | the chain that moves, at the pose of a cut                         |
 //! | [`elements`]   | the laws of these loads, and their past                            |
 //! | [`joints`]     | loads of joints that no linear bushing has                         |
 //! | [`motion`]     | a cut by such a robot                                              |
@@ -15,6 +16,7 @@
 //! | [`interpolation`] | a signal at these instants                                      |
 //! | [`noise`]      | disturbances of a sensor: coloured noise, hum, lines, spikes       |
 
+pub mod chain;
 pub mod clock;
 pub mod elements;
 pub mod filter;
@@ -22,6 +24,7 @@ pub mod interpolation;
 pub mod joints;
 pub mod motion;
 pub mod noise;
+mod range;
 pub mod robot;
 pub mod sensors;
 
@@ -116,20 +119,6 @@ impl Plant {
         }
         self.bending.as_ref().map_or(Ok(()), |bending| bending.check(model))
     }
-}
-
-/// Checks that `value` lies between two limits. The error names its place and the limits.
-pub(crate) fn between(place: &str, value: f64, [least, most]: [f64; 2]) -> Result<(), String> {
-    if (least..=most).contains(&value) {
-        Ok(())
-    } else {
-        Err(format!("{place} is {value:?}: must lie between {least:?} and {most:?}"))
-    }
-}
-
-/// [`between`] for each of several values.
-pub(crate) fn all_between(place: &str, values: &[f64], limits: [f64; 2]) -> Result<(), String> {
-    values.iter().try_for_each(|&value| between(place, value, limits))
 }
 
 #[cfg(test)]

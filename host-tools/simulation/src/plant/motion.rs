@@ -11,8 +11,8 @@ use flexid_core::sensors::Accelerometer;
 use nalgebra::{Vector3, Vector6};
 use rand_core::Rng;
 
+use super::chain::TrueChain;
 use super::elements::{self, Element};
-use super::robot::TrueChain;
 use super::{Hose, Plant, Sensor};
 use crate::experiment::{Cut, Response, STEPS};
 use crate::force::{self, OVERSAMPLING};

@@ -6,7 +6,7 @@ use rand_core::Rng;
 use rand_distr::{Distribution, Exp, StandardNormal};
 use serde::Deserialize;
 
-use super::{all_between, between};
+use super::range::{all_between, between};
 
 /// Largest number of spindle lines.
 const MOST_ORDERS: usize = 32;

@@ -12,7 +12,7 @@ use super::clock::Clock;
 use super::filter::{Filter, filtered};
 use super::interpolation::interpolated;
 use super::noise::Disturbance;
-use super::{all_between, between};
+use super::range::{all_between, between};
 
 /// Errors of a sensor. Forces are in N, accelerations in m/s².
 #[derive(Clone, Debug, PartialEq, Deserialize)]

@@ -164,7 +164,8 @@ impl Pace {
     }
 
     /// Returns the pace of rows. The period is the median over pairs of rows that are far apart, so that neither the digits of the time nor a row
-    /// that is missing changes it. Returns `None` without times, and if they do not go on.
+    /// that is missing changes it. Where the rate changes, the pairs are those like the first two that agree. Returns `None` without times, and if
+    /// they do not go on.
     pub(super) fn of<'a>(rows: impl Iterator<Item = &'a Row>) -> Option<Self> {
         let times: Vec<f64> = rows.map_while(|row| row.time_s).collect();
         let is_onward = |step: &f64| *step > 0.0;
@@ -173,6 +174,10 @@ impl Pace {
         let periods = pairs.map(|(earlier, later)| (later - earlier) / apart as f64);
         // Not across two cuts.
         let mut periods: Vec<f64> = periods.filter(is_onward).collect();
+        let are_alike = |one: f64, other: f64| (other / one - 1.0).abs() < DIFFERS / 2.0;
+        // Pairs behind each other have no row in common.
+        let agreed = periods.windows(5).find(|own| are_alike(own[0], own[4])).map(|own| own[0]);
+        periods.retain(|own| agreed.is_none_or(|agreed| are_alike(agreed, *own)));
         periods.sort_unstable_by(f64::total_cmp);
         let period_s = *periods.get(periods.len() / 2)?;
         let steps = times.windows(2).map(|pair| pair[1] - pair[0]).filter(is_onward);
@@ -207,6 +212,18 @@ mod tests {
         assert_eq!(counters(evenly(200)).unwrap().last(), Some(&199));
         let missing = evenly(200).enumerate().filter(|(row, _)| !(50..60).contains(row));
         assert_eq!(counters(missing.map(|(_, time)| time)).unwrap().last(), Some(&199));
+    }
+
+    /// The rate of the first quarter of the rows, wherever it changes later and although rows are missing.
+    #[test]
+    fn the_pace_is_that_before_another_rate() {
+        for at in [1000, 2000, 3000] {
+            let time = |row: u32| f64::from(row.min(at) + 2 * row.saturating_sub(at)) * PERIOD_S;
+            let missing = |row: &u32| !(10..20).contains(row);
+            let rows: Vec<_> = (0..4000).filter(missing).map(|at| row(time(at))).collect();
+            let pace = Pace::of(rows.iter()).unwrap();
+            assert!((pace.period_s / PERIOD_S - 1.0).abs() < 0.03, "{at}: {pace:?}");
+        }
     }
 
     #[test]

@@ -22,6 +22,8 @@ const LATEST_S: f64 = 1e11;
 const SHOWN: usize = 40;
 /// Mend of a line that is no row.
 const MEND: &str = "correct it, or export the table again";
+const MEND_TIME: &str =
+    "correct it, write seconds, or rename the column and state [measurement] rate_hz";
 
 /// Kind of a line that is not empty.
 enum Line {
@@ -217,14 +219,17 @@ impl<R: Read + Send> Rows<R> {
             Ok(None) => Ok(f64::NAN),
             Err(NoNumber) => {
                 let cell: String = text(cells.get(column.cell)).chars().take(SHOWN).collect();
-                Err(format!("column {:?} holds {cell:?}, and no number: {MEND}", name()))
+                Err(format!("column {:?} holds {cell:?}, and no number", name()))
             }
         };
-        let time_s = columns
-            .time
-            .as_ref()
-            .map(|column| read(column, &|| TIME.name.to_owned()))
-            .transpose()?;
+        let time_s = columns.time.as_ref().map(|column| {
+            let time_s = read(column, &|| TIME.name.to_owned());
+            time_s.map_err(|fault| format!("{fault}: {MEND_TIME}"))
+        });
+        let time_s = time_s.transpose()?;
+        let mut read = |column: &Column, name: &dyn Fn() -> String| {
+            read(column, name).map_err(|fault| format!("{fault}: {MEND}"))
+        };
         let mut axes = [f32::NAN; 6];
         for ((value, column), name) in axes.iter_mut().zip(&columns.axes).zip(&layout.axes) {
             *value = match column {

@@ -4,6 +4,7 @@
 //! A file that is cut off is read as far as it goes, its last chunk too. The crate `mcap` is not used: of a chunk that contradicts itself it
 //! subtracts lengths with overflow, and it gives nothing of a chunk that is cut off.
 
+use std::fmt::Display;
 use std::io::{self, BufReader, Read};
 
 use lz4_flex::frame::FrameDecoder;
@@ -72,7 +73,7 @@ impl<R: Read> Records<R> {
             }
             if self.place < self.chunk.len() {
                 self.place = self.chunk.len();
-                return Err(io::Error::other("is damaged: a record is longer than its chunk"));
+                return Err(damaged("a record is longer than its chunk"));
             }
             let head = self.read(9)?;
             let (kind, length) = (head[0], Order::Little.bits(&head[1..]));
@@ -121,16 +122,14 @@ impl<R: Read> Records<R> {
         };
         self.broken = match unpacked {
             _ if is_cut_off => Some(cut_off()),
-            Err(error) => {
-                Some(io::Error::other(format!("is damaged: a chunk cannot be unpacked ({error})")))
-            }
+            Err(error) => Some(damaged(format_args!("a chunk cannot be unpacked ({error})"))),
             Ok(_) if crc != 0 && crc32fast::hash(&self.chunk) != crc => {
                 self.chunk.clear();
-                Some(io::Error::other("is damaged: a chunk has another checksum"))
+                Some(damaged("a chunk has another checksum"))
             }
-            Ok(own) if own as u64 != length => Some(io::Error::other(format!(
-                "is damaged: a chunk states {length} bytes, and has {own}"
-            ))),
+            Ok(own) if own as u64 != length => {
+                Some(damaged(format_args!("a chunk states {length} bytes, and has {own}")))
+            }
             Ok(_) => None,
         };
         Ok(())
@@ -139,7 +138,7 @@ impl<R: Read> Records<R> {
     /// Reads so many bytes.
     fn read(&mut self, length: u64) -> io::Result<Vec<u8>> {
         if length > LONGEST {
-            return Err(io::Error::other("is damaged: a record has more than 256 MiB"));
+            return Err(damaged("a record has more than 256 MiB"));
         }
         let mut bytes = Vec::new();
         (&mut self.bytes).take(length).read_to_end(&mut bytes)?;
@@ -148,7 +147,11 @@ impl<R: Read> Records<R> {
 }
 
 fn cut_off() -> io::Error {
-    io::Error::other("is cut off: what comes before is used")
+    io::Error::other("is cut off, and what comes before is used: copy or record it again")
+}
+
+fn damaged(what: impl Display) -> io::Error {
+    io::Error::other(format!("is damaged: {what}: copy or record it again"))
 }
 
 /// Returns the next record in a chunk, its kind and its body, or `None` if no whole one follows.
@@ -178,8 +181,7 @@ fn parse(kind: u8, body: &[u8]) -> io::Result<Option<Record>> {
         MESSAGE => message(&mut reader),
         _ => return Ok(None),
     };
-    own.map(Some)
-        .map_err(|CutOff| io::Error::other("is damaged: a record is shorter than it must be"))
+    own.map(Some).map_err(|CutOff| damaged("a record is shorter than it must be"))
 }
 
 fn schema(reader: &mut Reader) -> Result<Record, CutOff> {
