@@ -9,7 +9,7 @@ use super::minimum::{Minimum, structure_is_beyond_noise};
 pub(super) const TIMES_CONSISTENT: u32 = 2;
 /// The same where its residuals are larger than the noise explains, or where in the perfect model they have more structure. Two robots
 /// of 1200 reach a wrong basin twice in a row; of drawn six-joint arms, one in eight.
-const TIMES_SUSPECT: u32 = 4;
+pub(super) const TIMES_SUSPECT: u32 = 4;
 /// How often a refinement is continued that has used up its steps short of the minimum, where noise explains the residuals; and the last
 /// fit to a plant, whatever explains them.
 pub(super) const MAX_PROLONGATIONS: u32 = 4;

@@ -138,6 +138,8 @@ pub struct Identifier<R> {
     tried: Tried,
     /// How often in a row branches have been clearly worse since the last search.
     exclusions: u32,
+    /// How often searches have led to the minimum from which the work goes on.
+    times: u32,
     estimate: Option<Estimate>,
     /// The fit to the plant whose imperfections the model has; `None` if it has none, or was resumed.
     corrected: Option<Corrected>,
@@ -188,6 +190,7 @@ impl<R: Rng> Identifier<R> {
             purpose: Purpose::Start,
             tried: Tried::default(),
             exclusions: 0,
+            times: 1,
             estimate: None,
             corrected: None,
             deferred: None,
@@ -231,10 +234,11 @@ impl<R: Rng> Identifier<R> {
     pub fn renew<const B: usize>(&mut self, experiments: &[Experiment<B>]) {
         self.starts = 0;
         self.renew_noise(experiments);
+        self.times = 1;
     }
 
-    /// Continues with the same experiments, whose noise has been [read again](Identifier::read_noise_again), from where it stands. The budget of
-    /// searches is that of the records: what is spent stays spent.
+    /// Continues with the same experiments, whose noise has been [read again](Identifier::read_noise_again), from where it stands. The searches are
+    /// those of the records: what is spent stays spent, and a minimum that was accepted has been reached often enough.
     pub fn renew_noise<const B: usize>(&mut self, experiments: &[Experiment<B>]) {
         let branched = match mem::take(&mut self.purpose) {
             Purpose::Branch(_) | Purpose::Plant { from: FitStart::BranchOf(_), .. } => {
@@ -247,6 +251,9 @@ impl<R: Rng> Identifier<R> {
             }
         };
         self.best = None;
+        let estimate = self.estimate.as_ref().filter(|_| self.phase == Phase::Settled);
+        let is_accepted = estimate.is_some_and(|own| own.acceptance != Acceptance::Unsettled);
+        self.times = if is_accepted { decision::TIMES_SUSPECT } else { 1 };
         let was_corrected = self.refinement.is_corrected();
         self.refinement.set_correction(&Correction::NONE);
         self.corrected = None;

@@ -7,9 +7,10 @@ use rand_core::Rng;
 use super::branch::Tried;
 use super::corrected::{Corrected, OnPlant};
 use super::judged::Judged;
-use super::minimum::{Minimum, REACHED};
+use super::minimum::{Minimum, REACHED, SAME_PLACE};
 use super::{Acceptance, FitStart, Identifier, Phase, Purpose};
 use crate::refine::{Correction, Plant, Problem};
+use crate::sought::Coordinates;
 use crate::spectrum::Experiment;
 
 impl<R: Rng> Identifier<R> {
@@ -125,6 +126,13 @@ impl<R: Rng> Identifier<R> {
             self.is_fitted_to_plant = plant.is_some();
             return;
         }
+        let of_search = judged.filter(|_| from == FitStart::Minimum);
+        if let Some(end) = of_search.and_then(|judged| self.end_of_correction(&found, &judged)) {
+            // The search has led to the same plant again: it is counted where its minimum is reached.
+            self.refinement.restart_at(&end);
+            self.phase = Phase::Refining;
+            return;
+        }
         if let Some(corrected) = &mut self.corrected {
             // It compares with the others by its residuals in the model that all have.
             found.of_plant = None;
@@ -141,6 +149,13 @@ impl<R: Rng> Identifier<R> {
         }
         self.stand_at(&found, experiments);
         self.decide(found, experiments, plant);
+    }
+
+    /// Where the fit has ended whose imperfections the model has, if this one has ended in the same place. `found` is the minimum from which it began.
+    fn end_of_correction(&self, found: &Minimum, on_plant: &OnPlant) -> Option<Coordinates> {
+        let end = self.corrected.as_ref()?.coordinates;
+        let distance = self.distance(&end, [found; 2]);
+        (distance <= SAME_PLACE * on_plant.judged.inflation()).then_some(end)
     }
 
     /// Goes on where a fit to the plant has ended, in the model with its imperfections. What was found in another model does not compare.

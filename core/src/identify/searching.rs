@@ -21,6 +21,7 @@ impl<R: Rng> Identifier<R> {
         self.descent_end = None;
         self.tried = Tried::default();
         self.exclusions = 0;
+        self.times = 1;
         self.method = Method::after(self.starts);
         match self.method {
             Method::Descent if self.starts == 0 => {

@@ -21,7 +21,10 @@ impl<R> Identifier<R> {
         let problem = Problem { chain, measurement, bounds, sought, statics, level: self.level };
         let fit = refinement.fit_here(&problem, experiments);
         let remaining = refinement.remaining(&problem);
-        Minimum::new(*refinement.coordinates(), self.found_by, fit, &remaining, sought)
+        let mut minimum =
+            Minimum::new(*refinement.coordinates(), self.found_by, fit, &remaining, sought);
+        minimum.times = self.times;
+        minimum
     }
 
     /// Squared distance from where the refinement stands to `coordinates`, in standard deviations. Dampings that neither fit determines are

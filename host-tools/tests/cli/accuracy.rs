@@ -99,6 +99,18 @@ fn stated_accuracies_make_an_imperfect_plant_useful() {
     assert!((value - 15e-6).abs() < 4.0 * std && std < 1e-5, "{delay}");
 }
 
+/// Hum and lines of the spindle are read from the residuals of the first fit. The second needs no search: its minimum is that of the first.
+#[test]
+fn noise_that_is_read_again_needs_no_new_search() {
+    let folder = folder();
+    let typical = || edit(&folder.path().join("edge.toml"), "assume = \"perfect\"", "");
+    let (table, found) = identified(folder.path(), "--plant mill3-plant.toml", typical);
+    assert!(table.contains("lines that no force causes"), "{table}");
+    assert_eq!(found["fit"]["acceptance"], "consistent");
+    // As often as a minimum must be reached whose residuals the first noise does not explain.
+    assert_eq!(found["fit"]["starts"], 4);
+}
+
 /// A TCP that is 20 mm off, and a delay of 120 µs: twenty and six times the typical accuracies.
 const WRONG: &str = "
 [tool]
