@@ -98,7 +98,7 @@ impl Judged {
 
     /// Whether it is better than another one beyond doubt. Where noise does not explain the residuals, errors of the model change deviances
     /// as noise of that size would.
-    fn is_clearly_better_than(&self, other: &Self) -> bool {
+    pub(super) fn is_clearly_better_than(&self, other: &Self) -> bool {
         let [own, other] = [self, other].map(|one| one.objective + one.log_information);
         own < other - RIVAL * self.inflation()
     }

@@ -56,6 +56,7 @@ impl<R: Rng> Identifier<R> {
         let Deferred { judged, coordinates, correction } = deferred;
         // Searches in another model have a budget of their own.
         self.starts = 0;
+        self.times = 1;
         self.purpose = Purpose::Start;
         self.phase = Phase::Refining;
         self.correct_by(&correction, Corrected::first(judged, coordinates));

@@ -138,7 +138,7 @@ pub struct Identifier<R> {
     tried: Tried,
     /// How often in a row branches have been clearly worse since the last search.
     exclusions: u32,
-    /// How often searches have led to the minimum from which the work goes on.
+    /// How often a minimum counts as reached when the work comes to it: once, or as often as its acceptance took if the noise was read again.
     times: u32,
     estimate: Option<Estimate>,
     /// The fit to the plant whose imperfections the model has; `None` if it has none, or was resumed.
@@ -252,8 +252,11 @@ impl<R: Rng> Identifier<R> {
         };
         self.best = None;
         let estimate = self.estimate.as_ref().filter(|_| self.phase == Phase::Settled);
-        let is_accepted = estimate.is_some_and(|own| own.acceptance != Acceptance::Unsettled);
-        self.times = if is_accepted { decision::TIMES_SUSPECT } else { 1 };
+        self.times = match estimate.map(|own| own.acceptance) {
+            Some(Acceptance::Consistent) => decision::TIMES_CONSISTENT,
+            Some(Acceptance::ModelSuspect) => decision::TIMES_SUSPECT,
+            Some(Acceptance::Unsettled) | None => 1,
+        };
         let was_corrected = self.refinement.is_corrected();
         self.refinement.set_correction(&Correction::NONE);
         self.corrected = None;

@@ -129,6 +129,11 @@ impl<R: Rng> Identifier<R> {
         let of_search = judged.filter(|_| from == FitStart::Minimum);
         if let Some(end) = of_search.and_then(|judged| self.end_of_correction(&found, &judged)) {
             // The search has led to the same plant again: it is counted where its minimum is reached.
+            if let Some(corrected) = &mut self.corrected {
+                corrected.fitted_in_vain = Some(found.coordinates);
+            }
+            self.times = found.times;
+            self.prolongations = 0;
             self.refinement.restart_at(&end);
             self.phase = Phase::Refining;
             return;
@@ -151,11 +156,15 @@ impl<R: Rng> Identifier<R> {
         self.decide(found, experiments, plant);
     }
 
-    /// Where the fit has ended whose imperfections the model has, if this one has ended in the same place. `found` is the minimum from which it began.
+    /// Returns where the fit has ended whose imperfections the model has, if this fit is as good and has ended in the same place. `found` is the
+    /// minimum from which it began.
     fn end_of_correction(&self, found: &Minimum, on_plant: &OnPlant) -> Option<Coordinates> {
-        let end = self.corrected.as_ref()?.coordinates;
-        let distance = self.distance(&end, [found; 2]);
-        (distance <= SAME_PLACE * on_plant.judged.inflation()).then_some(end)
+        let Corrected { judged, coordinates, .. } = self.corrected.as_ref()?;
+        let own = &on_plant.judged;
+        let is_as_good = !own.is_clearly_better_than(judged) && !judged.is_clearly_better_than(own);
+        let distance = self.distance(coordinates, [found; 2]);
+        let is_same = is_as_good && distance <= SAME_PLACE * own.inflation();
+        is_same.then_some(*coordinates)
     }
 
     /// Goes on where a fit to the plant has ended, in the model with its imperfections. What was found in another model does not compare.

@@ -84,9 +84,7 @@ impl<const B: usize> Experiment<B> {
         }
         sum
     }
-}
 
-impl<const B: usize> Experiment<B> {
     /// Bins of one of so many bands.
     pub(crate) fn bins_of_band(&self, band: usize, bands: usize) -> core::ops::Range<usize> {
         let first = |band: usize| (band * self.bins()).div_ceil(bands);

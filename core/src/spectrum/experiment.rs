@@ -19,6 +19,7 @@ use crate::stream::Record;
 /// A record is of no use if its force power in the band is at most this many times that of the noise. The fit weighs its estimate
 /// of the force as if no noise were left in it.
 pub const LEAST_FORCE: f64 = 10.0;
+
 /// Returns whether an axis of the acceleration is not measured: its noise is infinite, and nothing is read.
 fn is_absent(signal: &[f32], noise: f32) -> bool {
     noise == f32::INFINITY && signal.iter().all(|value| *value == 0.0)

@@ -1,4 +1,4 @@
-//! What the reader tells the solver, and the solver the reader.
+//! Orders of the reader to the solver, and the records that the solver does not use.
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 

@@ -8,7 +8,7 @@ pub struct Effort {
     /// Seed of all random numbers.
     pub seed: u64,
     /// Number of robots that every method meets. `None`: each method meets its own number
-    /// ([`method::Method::robots`]).
+    /// ([`Method::robots`]).
     pub robots: Option<usize>,
     /// Iterations of the random search.
     pub iterations: u32,

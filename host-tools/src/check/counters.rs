@@ -13,7 +13,7 @@ pub(super) const ABOUT: &str = "counters";
 /// the force (measured on the reference scenario, with samples that were not lost).
 const LOST: f64 = 0.005;
 
-/// Mend where frames are missing.
+/// Returns the mend where frames are missing.
 fn record(survey: &Survey) -> &'static str {
     // A table has no frames.
     if survey.expected.is_empty() {

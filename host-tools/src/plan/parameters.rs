@@ -1,4 +1,4 @@
-//! Which unknowns are parameters of the joints.
+//! The unknowns that are parameters of the joints.
 
 use flexid_core::sought::{Coordinate, Sought};
 

@@ -1,7 +1,6 @@
 //! Sections `[bus]`, `[signals]`, `[recording]` and `[measurement]`: how records come. A file for tables has no `[bus]`. A file of static tests
 //! alone has none of them.
 
-use flexid_core::sensors::Accelerometer;
 use std::path::{Path, PathBuf};
 
 use super::sections::{BusSection, ForceAxes, MeasurementSection, SignalsSection, TopicsSection};
@@ -13,6 +12,7 @@ use crate::record::{BINS, SAMPLES};
 use crate::signals::SignalTable;
 use crate::source::Topics;
 use crate::text::count;
+use flexid_core::sensors::Accelerometer;
 
 /// Shortest and longest record, samples.
 const RECORD_SAMPLES: [usize; 2] = [256, SAMPLES];

@@ -1,10 +1,10 @@
 //! Sections and keys of `EDGE.toml`, not yet checked.
 
-use flexid_core::sensors::Accelerometer;
 use std::collections::BTreeMap;
 use std::fmt;
 use std::path::PathBuf;
 
+use flexid_core::sensors::Accelerometer;
 use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
 use serde::de::{self, MapAccess, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer};

@@ -1,4 +1,7 @@
 //! The chain that moves, at the pose of a cut.
+//!
+//! Drives stand still or creep, so that it is built anew for each pose: the joint angles are then part of the frames, and a frame can be moved
+//! to the true elastic centre of its bushing.
 
 use std::f64::consts::SQRT_2;
 
@@ -10,7 +13,7 @@ use nalgebra::{Isometry3, Matrix3, Rotation3, Translation3, UnitQuaternion, Vect
 use super::Plant;
 use super::robot::{Bending, Pedestal};
 
-/// Second moment of a flat link across its plane, over the sum of all three. Chosen: its factor then exists, and no reading shows it.
+/// Least second moment along an axis, over the largest. Chosen: a Cholesky factor then exists, and no reading shows it.
 const FLAT: f64 = 1e-12;
 
 /// The chain that moves, at one pose.
@@ -108,15 +111,18 @@ impl Plant {
     /// The inertia of a link whose second moment `S = C Cᵀ` becomes `C e^P Cᵀ`, by one symmetric P after the other.
     fn inertia(&self, inertia: &Matrix3<f64>, index: usize) -> Matrix3<f64> {
         let Some(spread) = self.robot.spread.get(index) else { return *inertia };
-        let mut second = Matrix3::from_diagonal_element(0.5 * inertia.trace()) - inertia;
+        // A flat link has no spread along some axis, or rounding makes it less than none.
+        let mut axes =
+            (Matrix3::from_diagonal_element(0.5 * inertia.trace()) - inertia).symmetric_eigen();
+        let least = FLAT * axes.eigenvalues.max();
+        axes.eigenvalues.apply(|own| *own = own.max(least));
+        let mut second = axes.recompose();
         for (entry, value) in spread.iter().enumerate() {
             let (i, j) = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)][entry];
             let mut p = Matrix3::zeros();
             p[(i, j)] = if i == j { *value } else { value / SQRT_2 };
             p[(j, i)] = p[(i, j)];
-            // A flat link has no spread along some axis.
-            let least = Matrix3::from_diagonal_element(FLAT * second.trace());
-            let Some(c) = (second + least).cholesky() else { return *inertia };
+            let Some(c) = second.cholesky() else { return *inertia };
             second = c.l() * p.exp() * c.l().transpose();
         }
         Matrix3::from_diagonal_element(second.trace()) - second

@@ -1,7 +1,4 @@
-//! The robot that moves: geometry and masses that differ from the model, and further bushings.
-//!
-//! Drives stand still or creep, so that the chain is built anew for the pose of a cut: the joint angles are then part of the frames, and
-//! a frame can be moved to the true elastic centre of its bushing.
+//! Geometry and masses that differ from the model, and further bushings.
 
 use flexid_pipeline::model::Model;
 use serde::Deserialize;

@@ -22,6 +22,7 @@ const LATEST_S: f64 = 1e11;
 const SHOWN: usize = 40;
 /// Mend of a line that is no row.
 const MEND: &str = "correct it, or export the table again";
+/// The same of a column of times.
 const MEND_TIME: &str =
     "correct it, write seconds, or rename the column and state [measurement] rate_hz";
 
@@ -227,19 +228,19 @@ impl<R: Read + Send> Rows<R> {
             time_s.map_err(|fault| format!("{fault}: {MEND_TIME}"))
         });
         let time_s = time_s.transpose()?;
-        let mut read = |column: &Column, name: &dyn Fn() -> String| {
+        let mut read_axis = |column: &Column, name: &dyn Fn() -> String| {
             read(column, name).map_err(|fault| format!("{fault}: {MEND}"))
         };
         let mut axes = [f32::NAN; 6];
         for ((value, column), name) in axes.iter_mut().zip(&columns.axes).zip(&layout.axes) {
             *value = match column {
-                Some(column) => read(column, &|| name.clone())? as f32,
+                Some(column) => read_axis(column, &|| name.clone())? as f32,
                 None => 0.0,
             };
         }
         let mut joints = heapless::Vec::new();
         for (column, (name, _)) in columns.joints.iter().zip(&layout.joints) {
-            let _ = joints.push(read(column, &|| name.clone())?);
+            let _ = joints.push(read_axis(column, &|| name.clone())?);
         }
         if time_s.is_some_and(|time_s| !(-LATEST_S..=LATEST_S).contains(&time_s)) {
             let is_empty =
@@ -247,7 +248,7 @@ impl<R: Read + Send> Rows<R> {
             return if is_empty {
                 Ok(None)
             } else {
-                Err(format!("column {:?} holds no time: {MEND}", TIME.name))
+                Err(format!("column {:?} holds no time: {MEND_TIME}", TIME.name))
             };
         }
         let _ = self.widths.push(count);

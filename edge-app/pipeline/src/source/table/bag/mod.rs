@@ -134,7 +134,9 @@ impl<R: Read + Send> Bag<R> {
                 self.end = Some(None);
                 Ok(())
             }
-            Err(error) => Err(error.to_string()),
+            // It has its mend.
+            Err(error) if error.kind() == io::ErrorKind::Unsupported => Err(error.to_string()),
+            Err(error) => Err(format!("{error}: copy or record it again")),
         };
         if let Err(message) = taken {
             self.end = Some(Some(io::Error::other(BadInput::new(&self.file, message))));

@@ -117,7 +117,7 @@ impl<R: Read> Records<R> {
                 let message = format!(
                     "has chunks that are compressed as {other:?}: record with zstd, lz4 or none"
                 );
-                return Err(io::Error::other(message));
+                return Err(io::Error::new(io::ErrorKind::Unsupported, message));
             }
         };
         self.broken = match unpacked {
@@ -147,11 +147,11 @@ impl<R: Read> Records<R> {
 }
 
 fn cut_off() -> io::Error {
-    io::Error::other("is cut off, and what comes before is used: copy or record it again")
+    io::Error::other("is cut off, and what comes before is used")
 }
 
 fn damaged(what: impl Display) -> io::Error {
-    io::Error::other(format!("is damaged: {what}: copy or record it again"))
+    io::Error::other(format!("is damaged: {what}"))
 }
 
 /// Returns the next record in a chunk, its kind and its body, or `None` if no whole one follows.
