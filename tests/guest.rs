@@ -71,3 +71,14 @@ fn a_guest_that_dies_says_why() -> Result<()> {
     ensure!(errors.ends_with("User-Mode Linux ended before the command did\n"), "{errors}");
     Ok(())
 }
+
+#[test]
+fn a_guest_has_terminals() -> Result<()> {
+    let with_vcan = concat!(env!("CARGO_MANIFEST_DIR"), "/with-vcan");
+    let mut command = Command::new(with_vcan);
+    let command = command.args(["python3", "-I", "-c", "import pty; pty.openpty()"]);
+    let ended = command.env("VCAN_WAY", "user-mode-linux").output().context("tests/with-vcan")?;
+    let said = String::from_utf8_lossy(&ended.stdout);
+    ensure!(ended.status.success(), "{:?}\n{said}", ended.status);
+    Ok(())
+}

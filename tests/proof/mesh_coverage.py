@@ -71,9 +71,11 @@ def main(checkout, flexid="flexid", robots=10):
         print(f"{name:20} {own[0]:3} of {own[1]:3} hold; {verdict and verdict[0]}", flush=True)
         hold, identified = hold + own[0], identified + own[1]
     print(f"{hold} of {identified} intervals hold: {100 * hold / max(identified, 1):.1f} %")
+    # Two in a hundred fewer than they state.
+    return identified > 0 and hold >= 0.93 * identified
 
 
 if __name__ == "__main__":
     if not 2 <= len(sys.argv) <= 4:
         sys.exit(__doc__)
-    main(*sys.argv[1:])
+    sys.exit(not main(*sys.argv[1:]))

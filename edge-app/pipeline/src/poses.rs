@@ -14,6 +14,8 @@
 //! | `force`, `acceleration`      | direction of a sensor of one channel: `x`, `-z`  |            |
 //! | `px`, `py`, `pz`             | point of the force, from the TCP along its axes  | m          |
 //!
+//! A name may have another unit in brackets: `px [mm]`.
+//!
 //! A table of several cuts at different poses has a line for each cut, in their order.
 
 use std::ffi::OsStr;
@@ -216,7 +218,7 @@ mod tests {
 
     #[test]
     fn a_line_says_where_and_along_what_a_hammer_struck() {
-        let text = "file,q1,q2,q3,force,acceleration,px,pz\na.csv,0,0,0,-Z,+x,0.1,\n";
+        let text = "file,q1,q2,q3,force,acceleration,px [mm],pz\na.csv,0,0,0,-Z,+x,100,\n";
         let poses = parse(Path::new("poses.csv"), text, &mill3()).unwrap();
         let [cut] = &poses.of(Path::new("a.csv"))[..] else { panic!("one line") };
         let directions = cut.directions.map(|own| own.unwrap().vector(2.0));
@@ -238,6 +240,7 @@ mod tests {
             ),
             ("file,q1,q2,q3\n,0,0,0\n", "p.csv:2: column file is empty: name the table"),
             ("file,q1 [turns],q2,q3\n", "p.csv:1: unknown column \"q1 [turns]\": known are "),
+            ("file,q1,q2,q3,px [N]\n", "p.csv:1: unknown column \"px [N]\": known are "),
             (
                 "file,q1,q2,q3\na.csv,0,-60,0\n",
                 "p.csv:2: column q2 is -60: joint \"joint_2\" moves in ",

@@ -1,14 +1,16 @@
 //! Comments on parameters that the data do not determine.
 
-use flexid_pipeline::names::DOF_NAMES;
+use flexid_pipeline::names::{DAMPING_UNITS, DOF_NAMES, STIFFNESS_UNITS};
 use flexid_wire::report::{JointReport, Verdict};
 
 /// One kind of parameters of a joint, in the order of the degrees of freedom.
 pub(crate) struct Kind<'a> {
     /// `stiffness` or `damping`.
     pub(crate) name: &'static str,
-    /// Values: N/m or Nm/rad (stiffness), Ns/m or Nms/rad (damping).
+    /// Values.
     pub(crate) values: &'a [f64; 6],
+    /// Units of the values.
+    pub(crate) units: [&'static str; 6],
     /// Standard deviations in the units of the values.
     pub(crate) stds: &'a [Option<f64>; 6],
     /// Verdicts.
@@ -21,12 +23,14 @@ pub(crate) fn kinds(report: &JointReport) -> [Kind<'_>; 2] {
         Kind {
             name: "stiffness",
             values: &report.stiffness,
+            units: STIFFNESS_UNITS,
             stds: &report.stiffness_std,
             verdicts: &report.stiffness_verdict,
         },
         Kind {
             name: "damping",
             values: &report.damping,
+            units: DAMPING_UNITS,
             stds: &report.damping_std,
             verdicts: &report.damping_verdict,
         },

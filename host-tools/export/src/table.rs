@@ -20,23 +20,22 @@ pub(crate) fn write(assembly: &Assembly) -> Result<String, ExportError> {
             for (dof, name) in DOF_NAMES.into_iter().enumerate() {
                 let value = number(kind.values[dof]);
                 let std = kind.stds[dof].map_or_else(String::new, number);
-                let (unit, verdict) = (unit(kind.name, dof), word(kind.verdicts[dof]));
-                rows.write_record([&body.name, name, kind.name, &value, &std, unit, verdict])
-                    .map_err(io::Error::from)?;
+                let verdict = word(kind.verdicts[dof]);
+                rows.write_record([
+                    &body.name,
+                    name,
+                    kind.name,
+                    &value,
+                    &std,
+                    kind.units[dof],
+                    verdict,
+                ])
+                .map_err(io::Error::from)?;
             }
         }
     }
     let text = rows.into_inner().map_err(|error| error.into_error())?;
     String::from_utf8(text).map_err(|error| io::Error::other(error).into())
-}
-
-fn unit(kind: &str, dof: usize) -> &'static str {
-    match (kind, dof < 3) {
-        ("stiffness", true) => "N/m",
-        ("stiffness", false) => "Nm/rad",
-        (_, true) => "Ns/m",
-        (_, false) => "Nms/rad",
-    }
 }
 
 /// Returns the word for a verdict, as in the file of `identify --json`.

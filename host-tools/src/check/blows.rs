@@ -7,6 +7,8 @@ use super::words::records;
 use super::{Finding, sensors};
 
 const ABOUT: &str = "blows";
+/// What friction makes of all blows.
+pub(super) const FRICTION: &str = "friction";
 
 /// Judges the blows of a survey.
 pub(super) fn judge(survey: &Survey) -> Vec<Finding> {
@@ -40,7 +42,7 @@ pub(super) fn judge(survey: &Survey) -> Vec<Finding> {
     if all().next().is_some() {
         let finding = "blows may not break the joints loose: where friction holds them, the robot is stiffer than in a cut";
         let mend = "compare with harder blows, or with a cut";
-        findings.push(Finding::new(Note, ABOUT, finding, mend));
+        findings.push(Finding::new(Note, FRICTION, finding, mend));
     }
     findings
 }

@@ -195,7 +195,8 @@ impl<'a> Check<'a> {
                             || is_of_time
                     }
                     Severity::Doubtful => is_of_setup || is_of_readings,
-                    Severity::Note | Severity::Right => false,
+                    Severity::Note => finding.about == blows::FRICTION,
+                    Severity::Right => false,
                 }
         })
     }

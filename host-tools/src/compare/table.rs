@@ -1,6 +1,7 @@
 //! A comparison as a table for people.
 
 use comfy_table::CellAlignment;
+use flexid_pipeline::names::{DAMPING_UNITS, STIFFNESS_UNITS};
 use flexid_prediction::comparison::{Comparison, Quantity};
 use flexid_wire::words::{Percent, ThreeDigits, prefixed};
 
@@ -42,13 +43,11 @@ pub(crate) fn text(compared: &Compared, columns: usize) -> String {
     let mut table = window::table(columns, header);
     for own in &compared.comparison.parameters {
         let [before, after] = own.values;
-        let unit = match (own.quantity, own.dof) {
-            (Quantity::Stiffness, ..3) => "N/m",
-            (Quantity::Stiffness, _) => "Nm/rad",
-            (Quantity::Damping, ..3) => "Ns/m",
-            (Quantity::Damping, _) => "Nms/rad",
+        let units = match own.quantity {
+            Quantity::Stiffness => STIFFNESS_UNITS,
+            Quantity::Damping => DAMPING_UNITS,
         };
-        let [before, after] = both([before, after], unit);
+        let [before, after] = both([before, after], units[own.dof]);
         table.add_row([
             name(own),
             before,

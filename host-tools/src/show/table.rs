@@ -6,13 +6,15 @@ use comfy_table::CellAlignment;
 use flexid_core::imperfection::REFERENCE_HZ;
 use flexid_core::parameters::Bushing;
 pub(crate) use flexid_pipeline::names::DOF_NAMES;
+use flexid_pipeline::names::{DAMPING_UNITS, STIFFNESS_UNITS};
 use flexid_pipeline::report::{StaticReport, Summary};
 use flexid_wire::confidence::{Confidence, Interval};
 use flexid_wire::finding::Finding;
 use flexid_wire::report::{Acceptance, Report, Verdict};
-use flexid_wire::words::{Percent, Within};
+use flexid_wire::words::{Percent, Within, prefixed};
 
 use super::verdict::verdict;
+use crate::numbers::places;
 use crate::show::{answer, confidence, statics};
 use crate::window;
 
@@ -69,13 +71,6 @@ pub(crate) fn numbers(
         true => [0..1, 1..2].map(|kind| grid(finding, truth, kind, columns)).join("\n\n"),
         false => beside,
     };
-    let units = match (has_dampings, is_wide) {
-        (true, false) => {
-            "N/m and Ns/m along the axes of the joint frame, Nm/rad and Nms/rad about them"
-        }
-        (true, true) => "N/m, Ns/m along the axes of the joint frame; Nm/rad, Nms/rad about them",
-        (false, _) => "N/m along the axes of the joint frame, Nm/rad about them",
-    };
     let at = match has_dampings {
         true => format!("\n with hysteresis these are the values at {REFERENCE_HZ} Hz"),
         false => String::new(),
@@ -88,7 +83,10 @@ pub(crate) fn numbers(
         true => "\n in brackets: no result, but where the search has ended",
         false => "",
     };
-    format!("{tables}\n {units}{at}{open}\n{}", caveat(&finding.report, &finding.confidence))
+    format!(
+        "{tables}\n tx ty tz along, rx ry rz about the axes of the joint frame{at}{open}\n{}",
+        caveat(&finding.report, &finding.confidence)
+    )
 }
 
 /// The table of stiffnesses (kind 0), dampings (kind 1), or both.
@@ -113,12 +111,14 @@ fn grid(
             let mut row = vec![joint_name.to_owned(), (*name).to_owned()];
             let stiffness = cells(
                 joint.stiffness[dof],
+                STIFFNESS_UNITS[dof],
                 intervals.stiffness_interval[dof],
                 joint.stiffness_verdict[dof],
                 truth.map(|truth| truth.map(|truth| truth.stiffness[dof])),
             );
             let damping = cells(
                 joint.damping[dof],
+                DAMPING_UNITS[dof],
                 intervals.damping_interval[dof],
                 joint.damping_verdict[dof],
                 truth.map(|truth| truth.map(|truth| truth.damping[dof])),
@@ -172,14 +172,20 @@ fn robust(times: f64) -> String {
     )
 }
 
-/// Value, in brackets if it is no result, interval and verdict, and with a `truth` also the truth and the error in per cent, if it is known.
+/// Value, in brackets if it is no result, interval and verdict, and with a `truth` also the truth, in the unit of the value, and the error in
+/// per cent, if it is known. Three digits count, or as many as show two of the interval.
 fn cells(
     value: f64,
+    unit: &str,
     interval: Option<Interval>,
     own: Verdict,
     truth: Option<Option<f64>>,
 ) -> Vec<String> {
-    let shown = format!("{value:.4e}");
+    let (scale, prefix) = prefixed(value.abs());
+    let three = places(value.abs() / scale, 3);
+    let digits =
+        interval.map_or(three, |[low, high]| three.max(places((high - low) / 2.0 / scale, 2)));
+    let shown = format!("{:.digits$} {prefix}{unit}", value / scale);
     let mut cells = vec![
         if own == Verdict::NotObservable { format!("({shown})") } else { shown },
         interval.map_or_else(|| "-".to_owned(), |interval| Within { value, interval }.to_string()),
@@ -187,7 +193,10 @@ fn cells(
     ];
     match truth {
         Some(Some(truth)) => {
-            cells.extend([format!("{truth:.4e}"), Percent(value / truth - 1.0).to_string()]);
+            cells.extend([
+                format!("{:.digits$}", truth / scale),
+                Percent(value / truth - 1.0).to_string(),
+            ]);
         }
         Some(None) => cells.extend(["-", "-"].map(str::to_owned)),
         None => {}
@@ -202,12 +211,14 @@ mod tests {
 
     #[test]
     fn a_row_has_value_interval_verdict_and_truth() {
-        let row = cells(2.02e6, Some([2.0e6, 2.04e6]), Verdict::Weak, Some(Some(2.0e6)));
-        assert_eq!(row, ["2.0200e6", "±1.0 %", "weak", "2.0000e6", "1.0 %"]);
-        let row = cells(3.0e6, None, Verdict::NotObservable, None);
-        assert_eq!(row, ["(3.0000e6)", "-", "not observable"]);
-        let row = cells(3.0e6, None, Verdict::NotObservable, Some(None));
-        assert_eq!(row, ["(3.0000e6)", "-", "not observable", "-", "-"]);
+        let row = cells(2.02e6, "N/m", Some([2.0e6, 2.04e6]), Verdict::Weak, Some(Some(2.0e6)));
+        assert_eq!(row, ["2.020 MN/m", "±1.0 %", "weak", "2.000", "1.0 %"]);
+        let row = cells(3.0e8, "N/m", Some([2.9e8, 3.2e8]), Verdict::Weak, None);
+        assert_eq!(row, ["300 MN/m", "-3.3 to +6.7 %", "weak"]);
+        let row = cells(3.0e6, "Nm/rad", None, Verdict::NotObservable, None);
+        assert_eq!(row, ["(3.00 MNm/rad)", "-", "not observable"]);
+        let row = cells(3.0e6, "Nm/rad", None, Verdict::NotObservable, Some(None));
+        assert_eq!(row, ["(3.00 MNm/rad)", "-", "not observable", "-", "-"]);
     }
 
     #[test]

@@ -92,6 +92,8 @@ fn blows_of_a_hammer_are_tables_that_identify_takes() {
     );
     let output = flexid(folder.path(), &command);
     assert!(output.status.success(), "{}", stderr(&output));
+    let warned = "warning: blows may not break the joints loose: ";
+    assert!(stderr(&output).contains(warned), "{}", stderr(&output));
     let said = String::from_utf8(output.stdout).unwrap();
     let held = said.lines().find_map(|line| line.strip_prefix("truth: ")).unwrap();
     let numbers: Vec<f64> =

@@ -154,7 +154,7 @@ fn the_pages_fit_and_the_keys_turn_them() {
         let (status, text) = terminal.end();
         assert_eq!(status, Some(0), "{text}");
         // Everything stays below, and the terminal is as it was.
-        assert!(text.contains(" along the axes of the joint frame"), "{text}");
+        assert!(text.contains(" about the axes of the joint frame"), "{text}");
         assert!(text.contains(" icanon") && text.contains(" echo "), "{text}");
     });
 }

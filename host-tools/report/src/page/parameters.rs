@@ -1,5 +1,6 @@
 //! Stiffnesses and dampings: as a picture and as a table.
 
+use flexid_pipeline::names::{DAMPING_UNITS, STIFFNESS_UNITS};
 use flexid_wire::report::Verdict;
 use maud::{Markup, html};
 use plotters::prelude::*;
@@ -59,12 +60,8 @@ struct Parameter {
 
 impl Parameter {
     fn unit(&self) -> &'static str {
-        match (self.is_damping, self.dof < 3) {
-            (false, true) => "N/m",
-            (false, false) => "Nm/rad",
-            (true, true) => "Ns/m",
-            (true, false) => "Nms/rad",
-        }
+        let units = if self.is_damping { DAMPING_UNITS } else { STIFFNESS_UNITS };
+        units[self.dof]
     }
 }
 

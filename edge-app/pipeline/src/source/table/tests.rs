@@ -3,6 +3,8 @@
 #[path = "../../../tests/readings/mod.rs"]
 mod readings;
 
+use std::sync::atomic::{AtomicUsize, Ordering};
+
 use proptest::prelude::*;
 
 use super::*;
@@ -56,6 +58,44 @@ fn tables_of_other_programs_are_read() {
         assert_eq!((forces(&arrivals), error), (vec![(0, [1.5, 2.0, 3.0]), (1, [-1.5, 2.0, 3.0])], None), "{writer}");
         assert_eq!(accelerations(&arrivals), [[0.0, 0.0, 9.80665]; 2], "{writer}");
     }
+}
+
+/// A text that counts what was read of it.
+struct Counted<'a> {
+    text: &'a [u8],
+    taken: &'a AtomicUsize,
+}
+
+impl Read for Counted<'_> {
+    fn read(&mut self, into: &mut [u8]) -> io::Result<usize> {
+        let taken = self.text.read(into)?;
+        self.taken.fetch_add(taken, Ordering::Relaxed);
+        Ok(taken)
+    }
+}
+
+/// Beside the rows that are read ahead, a table holds no more than a buffer, however long it is.
+#[test]
+fn a_table_is_read_as_it_comes() {
+    const BUFFER: usize = 1 << 17;
+    let row = "0.5,2,3,0,0,1\n";
+    let text = NAMES.replace("time [s],", "") + &row.repeat(8 * LOOK_AHEAD);
+    let taken = AtomicUsize::new(0);
+    let counted = Counted { text: text.as_bytes(), taken: &taken };
+    let layout = layout(Some(1e3), &[]);
+    let mut table = TableLog::open(Path::new(FILE), counted, &layout, None).unwrap();
+    let (mut came, mut batch) = (0, Vec::new());
+    loop {
+        let flow = table.read(&mut batch, Duration::ZERO).unwrap();
+        came += forces(&batch).len();
+        batch.clear();
+        let held = taken.load(Ordering::Relaxed).saturating_sub(came * row.len());
+        assert!(held <= LOOK_AHEAD * row.len() + BUFFER, "{held} bytes after {came} rows");
+        if flow == Flow::Ended {
+            break;
+        }
+    }
+    assert_eq!(came, 8 * LOOK_AHEAD);
 }
 
 #[test]
