@@ -46,12 +46,12 @@ fn published_robots_are_simulated_and_checked_at_once() {
         let config = format!("--config {joints}/edge.toml");
         let plant = format!("--plant {joints}/plant.toml");
         let simulated =
-            flexid(folder, &format!("simulate {config} {plant} --experiments 3 --candump o.log"));
+            flexid(folder, &format!("simulate {config} {plant} --experiments 1 --candump o.log"));
         assert!(simulated.status.success(), "{arguments}: {}", stderr(&simulated));
         let checked = flexid(folder, &format!("check {config} o.log"));
         let checked_says = String::from_utf8(checked.stdout.clone()).unwrap();
         assert!(checked.status.success(), "{arguments}: {checked_says}{}", stderr(&checked));
-        assert!(checked_says.contains("3 records in 3 poses"), "{checked_says}");
+        assert!(checked_says.contains("1 record in 1 pose"), "{checked_says}");
         // Nothing that `new` states itself is doubted.
         assert!(!checked_says.contains("[accuracy]"), "{arguments}: {checked_says}");
         fs::remove_dir_all(folder.join(joints.to_string())).unwrap();

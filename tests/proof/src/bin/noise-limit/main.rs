@@ -69,7 +69,7 @@ const PARTS: [Part; 19] = [
     Part {
         name: "plants-of-six",
         prove: |study, robots, details| plants::prove(&study.of_six()?, robots, details),
-        robots: [200, 3],
+        robots: [200, 2],
     },
     Part { name: "hammer", prove: hammer::prove, robots: [10, 0] },
     Part {
