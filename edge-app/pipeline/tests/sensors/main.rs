@@ -97,7 +97,7 @@ fn compare(name: &str, has_several_frames: [bool; 2]) -> Read {
 /// What the simulator sends, the daemon reads: forces through the matrix as well.
 #[test]
 fn what_is_encoded_is_decoded() {
-    for name in ["ati-xsens", "wacoh-pcan", "robotous-floats", "can-fd"] {
+    for name in ["ati-xsens", "wacoh-pcan", "robotous-floats", "can-fd", "jr3-mbed"] {
         let signals = Config::load(&file(&format!("{name}.toml"))).unwrap().signals;
         let mut decoder = Decoder::new(&signals);
         let mut read = [Vec::new(), Vec::new()];
@@ -172,6 +172,21 @@ fn can_fd() {
         (Clocks::Common, 32)
     );
     assert_eq!((read.left_out, read.refused.len()), (0, 0));
+}
+
+/// Two counters of 16 bits that begin apart, and a frame of moments that is not read.
+#[test]
+fn jr3_and_xsens() {
+    let read = compare("jr3-mbed", [false, true]);
+    assert_eq!(read.config.signals.clocks, Clocks::Own([Some(16), Some(16)]));
+    assert_eq!(read.left_out, 2);
+    assert_eq!(read.refused, vec![NoReading::UnknownId; 99 + 100]);
+    // A lost frame is a gap in the counter, also where this begins anew.
+    let of_force = read.samples.iter().filter(|(sensor, ..)| *sensor == 0);
+    let counters: Vec<u16> = of_force.map(|(_, counter, _)| *counter as u16).collect();
+    let expected =
+        (0..100).filter(|sample| *sample != 70).map(|sample| 65480_u16.wrapping_add(sample));
+    assert_eq!(counters, expected.collect::<Vec<_>>());
 }
 
 /// A sensor of which one frame never comes has no sample, and is not silent.

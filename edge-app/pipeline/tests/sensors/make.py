@@ -187,6 +187,41 @@ def main():
         ],
         {(50, "TOOL")},
     )
+    # Both count 16 bits, from numbers of their own.
+    log(
+        "jr3-mbed",
+        [
+            (
+                "JR3_FORCE",
+                lambda n: {
+                    "ForceFrame": (65480 + n) % 65536,
+                    **of(("Fx", "Fy", "Fz"), [[value / 2 for value in axis] for axis in force])(n),
+                },
+                0,
+            ),
+            (
+                "JR3_MOMENT",
+                lambda n: {
+                    "MomentFrame": (65480 + n) % 65536,
+                    **of(("Mx", "My", "Mz"), [[value / 50 for value in axis] for axis in force])(n),
+                },
+                120e-6,
+            ),
+            ("XCDI_SampleTime", lambda n: {"SampleTime": n * 1e-3}, 400e-6),
+            ("XCDI_GroupCounter", lambda n: {"GroupCounter": 12345 + n}, 550e-6),
+            ("XCDI_Acceleration", of(("accX", "accY", "accZ"), acceleration), 700e-6),
+        ],
+        [
+            ("force", ["JR3_FORCE"], lambda v: [v["Fx"], v["Fy"], v["Fz"]], "ForceFrame"),
+            (
+                "acceleration",
+                ["XCDI_GroupCounter", "XCDI_Acceleration"],
+                lambda v: [v["accX"], v["accY"], v["accZ"]],
+                "GroupCounter",
+            ),
+        ],
+        {(70, "JR3_FORCE"), (75, "JR3_MOMENT"), (80, "XCDI_Acceleration"), (85, "XCDI_GroupCounter")},
+    )
 
 
 main()
