@@ -24,6 +24,8 @@ pub(crate) const FORCE: Quantity = Quantity {
         ("daN", 10.0),
         ("kgf", G),
         ("kp", G),
+        // As LabVIEW calls it.
+        ("Newtons", 1.0),
     ],
 };
 pub(crate) const ACCELERATION: Quantity = Quantity {

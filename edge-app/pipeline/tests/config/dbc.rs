@@ -10,7 +10,7 @@ fn mistakes_in_the_dbc_file_name_the_signal() {
         (
             "[-3276.8|3276.7] \"N\" EDGE\n SG_ Fy",
             "[-3276.8|3276.7] \"lb\" EDGE\n SG_ Fy",
-            "mill3.dbc: signal Fx has unit \"lb\": force must be in one of N, kN, mN, lbf, daN, kgf, kp, or state force_unit in [signals]",
+            "mill3.dbc: signal Fx has unit \"lb\": force must be in one of N, kN, mN, lbf, daN, kgf, kp, Newtons, or state force_unit in [signals]",
         ),
         (
             "\"m/s^2\"",

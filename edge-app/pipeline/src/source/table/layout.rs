@@ -178,6 +178,13 @@ impl Layout {
     }
 }
 
+impl Columns {
+    /// Returns the columns that are read.
+    pub(super) fn all(&self) -> impl Iterator<Item = &Column> {
+        self.time.iter().chain(self.axes.iter().flatten()).chain(&self.joints)
+    }
+}
+
 impl Names {
     /// Returns the columns, given the lines `before` the names and the line that `follows` them. A unit stands in brackets behind the name, below
     /// it, or in LabVIEW's line of units. Without any, it is that of SI.
@@ -262,8 +269,9 @@ impl Names {
     /// # Errors
     /// It is another one for another column.
     fn period_s(&self, before: &[Vec<String>]) -> Result<Option<f64>, String> {
-        let Some((line, own)) = before.iter().rev().find_map(|line| Some((line, period_s(line)?)))
-        else {
+        let stated = before.iter().rev();
+        let mut stated = stated.filter_map(|line| Some((line, period_s(line, self.places())?)));
+        let Some((line, own)) = stated.next() else {
             return Ok(None);
         };
         let stated = self.places().filter_map(|place| seconds(line.get(place)?));
@@ -295,11 +303,14 @@ impl Names {
     }
 }
 
-/// Returns the sampling period that a line states, s.
-pub(super) fn period_s(line: &[String]) -> Option<f64> {
+/// Returns the sampling period that a line states for the first of the columns at these places, s. A channel that is not read may have another one.
+pub(super) fn period_s(line: &[String], places: impl Iterator<Item = usize>) -> Option<f64> {
     let (first, rest) = line.split_first()?;
-    let value = rest.iter().find(|cell| !cell.is_empty()).filter(|_| first.as_bytes() == PERIOD)?;
-    seconds(value)
+    if first.as_bytes() != PERIOD {
+        return None;
+    }
+    let of_columns = places.filter_map(|place| seconds(line.get(place)?)).next();
+    of_columns.or_else(|| seconds(rest.iter().find(|cell| !cell.is_empty())?))
 }
 
 /// Returns the period in a cell, s.

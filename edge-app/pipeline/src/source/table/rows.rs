@@ -52,6 +52,8 @@ pub(super) struct Rows<R> {
     labels: Option<Vec<String>>,
     /// A line that was read with that of the names, and is not of units.
     waiting: Option<Vec<u8>>,
+    /// Place of the column of time, if it is empty in the first row.
+    empty_time: Option<usize>,
     /// Numbers of cells of the first two rows. LabVIEW writes a comment behind the first.
     widths: heapless::Vec<usize, 2>,
 }
@@ -118,6 +120,7 @@ impl<R: Read + Send> Rows<R> {
             layout: layout.clone(),
             names: own,
             waiting,
+            empty_time: None,
             widths: heapless::Vec::new(),
             columns,
             lines,
@@ -179,7 +182,8 @@ impl<R: Read + Send> Rows<R> {
     fn check_header(&self) -> io::Result<()> {
         let cells: Vec<String> = self.cells.texts().collect();
         let error = |message: &str| Err(self.error(self.lines.number, message));
-        if let (Some(own), Some(other)) = (self.columns.period_s, period_s(&cells))
+        let places = self.columns.all().map(|column| column.cell);
+        if let (Some(own), Some(other)) = (self.columns.period_s, period_s(&cells, places))
             && (other / own - 1.0).abs() > DIFFERS
         {
             return error(&two_rates(1.0 / own, 1.0 / other));
@@ -194,14 +198,24 @@ impl<R: Read + Send> Rows<R> {
 
     /// Reads the row of the present line. Returns `None` if its cells are empty, as below the last row of a spreadsheet.
     fn row(&mut self) -> Result<Option<Row>, String> {
-        let Self { cells, columns, numbers, layout, .. } = self;
+        let Self { cells, columns, numbers, layout, empty_time, .. } = self;
         let (count, knows_rate) = (cells.len(), columns.period_s.or(layout.rate_hz).is_some());
         if self.widths.is_empty()
             && knows_rate
             && columns.time.is_some_and(|own| cells.get(own.cell).is_empty())
         {
             // LabVIEW leaves the column of time empty where it is told to write none.
-            columns.time = None;
+            *empty_time = columns.time.take().map(|column| column.cell);
+        }
+        // `Samples` of the next cut is above numbers too.
+        if let Some(place) = *empty_time
+            && !cells.get(place).is_empty()
+        {
+            let cell: String = text(cells.get(place)).chars().take(SHOWN).collect();
+            return Err(format!(
+                "column {:?} holds {cell:?}, and is empty in the first row: {MEND_TIME}",
+                TIME.name
+            ));
         }
         let is_known = count == columns.cells || self.widths.contains(&count);
         let ends_empty = count == columns.cells + 1 && cells.get(count - 1).is_empty();

@@ -142,6 +142,10 @@ fn each_mistake_is_named_with_its_line_and_column() {
             "cut.csv: column \"Fy\" has no number in 20 of the first 20 rows: export force and acceleration at one rate".to_owned(),
         ),
         (format!("{NAMES}{}", "5,1,2,3,0,0,1\n".repeat(9)), "cut.csv: its time does not go on: ".to_owned()),
+        (
+            "Delta_X,0.001\ntime,Fx,Fy,Fz,ax,ay,az\n,1,2,3,0,0,1\n0.001,1,2,3,0,0,1\n".to_owned(),
+            "cut.csv:4: column \"time\" holds \"0.001\", and is empty in the first row: correct it, write seconds, or ".to_owned(),
+        ),
     ] {
         let error = open(text.as_bytes()).err().unwrap_or_else(|| panic!("{text}"));
         assert!(error.starts_with(&expected), "{error}\n{expected}");
