@@ -1,6 +1,6 @@
-"""Writes the seeds of bags, MAT, MF4 and TDMS files, with the programs that people use.
+"""Writes the seeds of bags, MAT, MF4, TDMS and LVM files and of tables, with the programs that people use.
 
-    pip install asammdf npTDMS scipy rosbags mcap lz4 zstandard; python3 tests/fuzz/seeds/write.py
+    pip install asammdf npTDMS scipy rosbags mcap lz4 zstandard pandas lvm_read; python3 tests/fuzz/seeds/write.py
 
 Each holds the same cut: at row i of 40, at 1 kHz, force i, 2, -3 N, acceleration 0.5, i / 8, -9.5 m/s^2, angles 0.1, -0.2 rad.
 """
@@ -201,6 +201,62 @@ def daqmx(file, names):
         assert np.array_equal(TdmsFile.read(file)["cut"][name][:], values), name
 
 
+def tables():
+    import pandas
+
+    names = ["time [s]", "Fx [N]", "Fy [N]", "Fz [N]", "ax [m/s^2]", "ay [m/s^2]", "az [m/s^2]", "q1 [rad]", "q2 [m]"]
+    columns = np.hstack([time[:, None], force, acceleration, np.tile(angles, (ROWS, 1))])
+    table, folder = pandas.DataFrame(columns, columns=names), HERE / "table"
+    table.to_csv(folder / "pandas.csv", index=False)
+    table.to_csv(folder / "pandas-semicolons.csv", index=False, sep=";", decimal=",")
+
+
+def lvm():
+    """Files of LabVIEW's "Write To Measurement File", which no Python package writes. lvm_read reads them back."""
+    import lvm_read
+
+    names, values = ["Fx", "Fy", "Fz", "ax", "ay", "az"], np.hstack([force, acceleration])
+    channels = [(name, "Newtons" if k < 3 else "m/s^2", values[:, k]) for k, name in enumerate(names)]
+
+    def write(name, times, mark, channels, cuts, comments={}):
+        """Channels are name, unit and values, or none. `times` are of No, One or Multi columns."""
+
+        def number(own, form=".6f"):
+            return format(own, form).replace(".", mark)
+
+        def line(key, cells, between="", end=""):
+            spread = [own for cell in cells for own in (cell, between)][:-1] if times == "Multi" else cells
+            return "\t".join([key, *spread, end]) + "\n"
+
+        each = [""] * len(channels)
+        text = f"LabVIEW Measurement\t\nWriter_Version\t2\nReader_Version\t2\nSeparator\tTab\nDecimal_Separator\t{mark}\nMulti_Headings\tYes\n"
+        text += f"X_Columns\t{times}\nTime_Pref\tAbsolute\nOperator\tlab\nDate\t2026/11/27\nTime\t13:44:15{mark}123456\n***End_of_Header***\t\n\t\n"
+        for cut in cuts:
+            text += "Notes\tno chatter\n" + line("Channels", [str(len(channels)), *each[1:]])
+            text += line("Samples", [str(len(cut) if len(own) else 0) for *_, own in channels])
+            text += line("Date", ["2026/11/27" for _ in each]) + line("Time", [f"13:44:15{mark}123456" for _ in each])
+            text += line("Y_Unit_Label", [unit for _, unit, _ in channels]) + line("X_Dimension", ["Time" for _ in each])
+            text += line("X0", [number(0, ".16E") for _ in each])
+            text += line("Delta_X", [number(1e-3 if len(own) else 1) for *_, own in channels]) + line("***End_of_Header***", each)
+            text += line("X_Value", [name for name, *_ in channels], "X_Value", "Comment")
+            for i in cut:
+                stamp = "" if times == "No" else number(time[i])
+                cells = [number(own[i]) if len(own) else "" for *_, own in channels]
+                own = line(stamp, cells, stamp, comments.get(i, ""))
+                text += own if i in comments else own.replace("\t\n", "\n")
+            text += "\n"
+        file = HERE / "table" / name
+        file.write_text(text, newline="\r\n")
+        read = lvm_read.read(str(file), read_from_pickle=False, dump_file=False)
+        cuts = [read[cut]["data"][:, [read[cut]["Channel names"].index(own) for own in names]] for cut in range(read["Segments"])]
+        assert np.array_equal(np.vstack(cuts), values), name
+
+    write("none.lvm", "No", ",", channels, [range(25), range(25, ROWS)])
+    write("multi.lvm", "Multi", ",", channels, [range(ROWS)])
+    empty = ("Untitled", "", [])
+    write("gaps.lvm", "One", ".", [empty, *channels[:3], empty, *channels[3:]], [range(ROWS)], {0: "begins", 30: "a blow"})
+
+
 if __name__ == "__main__":
-    for make in [globals()[name] for name in sys.argv[1:] or ["bags", "mat", "mdf", "tdms"]]:
+    for make in [globals()[name] for name in sys.argv[1:] or ["bags", "mat", "mdf", "tdms", "tables", "lvm"]]:
         make()

@@ -1,5 +1,13 @@
 //! Files that are no text, as other people's programs wrote them: `tests/fuzz/seeds/write.py` holds the cut that is in all of them.
 
+macro_rules! seed {
+    ($file:literal) => {
+        ($file, include_bytes!(concat!("../../../../tests/fuzz/seeds/", $file)).as_slice())
+    };
+}
+
+#[path = "../readings/cut.rs"]
+mod cut;
 #[path = "../readings/mod.rs"]
 mod readings;
 
@@ -8,13 +16,9 @@ use std::path::Path;
 use flexid_pipeline::input::Binary;
 use flexid_pipeline::source::{Layout, TableLog, Topics};
 use proptest::prelude::*;
-use readings::{accelerations, all, angles, forces, layout};
 
-macro_rules! seed {
-    ($file:literal) => {
-        ($file, include_bytes!(concat!("../../../../tests/fuzz/seeds/", $file)).as_slice())
-    };
-}
+use cut::is_the_cut;
+use readings::{all, forces, layout};
 
 /// Bags without and with compression.
 const BAGS: [(&str, &[u8]); 4] = [
@@ -43,23 +47,6 @@ fn open_as<'a>(bytes: &'a [u8], layout: &Layout) -> Result<TableLog<'a>, String>
     let format = Binary::of(bytes).ok_or("no magic")?;
     TableLog::open_binary(Path::new("cut"), format, bytes, layout, None)
         .map_err(|error| error.to_string())
-}
-
-/// Checks that a table holds the cut of the seeds.
-fn is_the_cut(name: &str, table: Result<TableLog<'_>, String>, has_joints: bool) {
-    let table = table.unwrap_or_else(|error| panic!("{name}: {error}"));
-    let rate_hz = table.shown().rate_hz.unwrap();
-    // A time since 1970 has steps of 0.2 us.
-    assert!((rate_hz - 1000.0).abs() < 0.1, "{name}: {rate_hz}");
-    let (arrivals, error) = all(table);
-    let expected: Vec<_> = (0..40).map(|row| (row, [row as f32, 2.0, -3.0])).collect();
-    assert_eq!((forces(&arrivals), error), (expected, None), "{name}");
-    let expected: Vec<_> = (0..40).map(|row| [0.5, row as f32 / 8.0, -9.5]).collect();
-    assert_eq!(accelerations(&arrivals), expected, "{name}");
-    if has_joints {
-        assert_eq!(angles(&arrivals, 0)[0].1, 0.1, "{name}");
-        assert_eq!(angles(&arrivals, 1)[0].1, -0.2, "{name}");
-    }
 }
 
 /// The bytes without the last ones, and what comes of them.
