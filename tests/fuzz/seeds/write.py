@@ -202,6 +202,8 @@ def daqmx(file, names):
 
 
 def tables():
+    import csv
+
     import pandas
 
     names = ["time [s]", "Fx [N]", "Fy [N]", "Fz [N]", "ax [m/s^2]", "ay [m/s^2]", "az [m/s^2]", "q1 [rad]", "q2 [m]"]
@@ -209,6 +211,8 @@ def tables():
     table, folder = pandas.DataFrame(columns, columns=names), HERE / "table"
     table.to_csv(folder / "pandas.csv", index=False)
     table.to_csv(folder / "pandas-semicolons.csv", index=False, sep=";", decimal=",")
+    # Every cell in quotes, since commas separate and are decimal too.
+    table.to_csv(folder / "pandas-quoted.csv", index=False, decimal=",", quoting=csv.QUOTE_ALL)
 
 
 def lvm():

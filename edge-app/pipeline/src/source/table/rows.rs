@@ -227,14 +227,19 @@ impl<R: Read + Send> Rows<R> {
                 "has {count} cells, and the line of names {names}: is a cell missing, or are decimal commas taken for separators?"
             ));
         }
+        numbers.settle(columns.all().map(|column| cells.get(column.cell)));
         let mut read = |column: &Column, name: &dyn Fn() -> String| match numbers
             .read(cells.get(column.cell))
         {
             Ok(Some(number)) => Ok(column.scale * number),
             Ok(None) => Ok(f64::NAN),
-            Err(NoNumber) => {
+            Err(fault) => {
                 let cell: String = text(cells.get(column.cell)).chars().take(SHOWN).collect();
-                Err(format!("column {:?} holds {cell:?}, and no number", name()))
+                let fault = match fault {
+                    NoNumber::Text => "and no number",
+                    NoNumber::Ambiguous => "whose comma may be decimal or separate thousands",
+                };
+                Err(format!("column {:?} holds {cell:?}, {fault}", name()))
             }
         };
         let time_s = columns.time.as_ref().map(|column| {

@@ -143,6 +143,11 @@ fn each_mistake_is_named_with_its_line_and_column() {
         ),
         (format!("{NAMES}{}", "5,1,2,3,0,0,1\n".repeat(9)), "cut.csv: its time does not go on: ".to_owned()),
         (
+            "Fx,Fy,Fz,ax,ay,az\n1,2,3,0,0,1\n\"1,234\",2,3,0,0,1\n".to_owned(),
+            format!("cut.csv:3: column \"Fx\" holds \"1,234\", whose comma may be decimal or separate thousands{mend}"),
+        ),
+        (with("\"0,015\",1,2,3,0,0,1"), "cut.csv:17: column \"time\" holds \"0,015\", and no number".to_owned()),
+        (
             "Delta_X,0.001\ntime,Fx,Fy,Fz,ax,ay,az\n,1,2,3,0,0,1\n0.001,1,2,3,0,0,1\n".to_owned(),
             "cut.csv:4: column \"time\" holds \"0.001\", and is empty in the first row: correct it, write seconds, or ".to_owned(),
         ),
@@ -387,9 +392,10 @@ fn a_force_along_the_axes_of_the_base_is_turned() {
 }
 
 /// The seeds of the fuzz target.
-const SEEDS: [&[u8]; 6] = [
+const SEEDS: [&[u8]; 7] = [
     include_bytes!("../../../../../tests/fuzz/seeds/table/commas.csv"),
     include_bytes!("../../../../../tests/fuzz/seeds/table/names.csv"),
+    include_bytes!("../../../../../tests/fuzz/seeds/table/pandas-quoted.csv"),
     include_bytes!("../../../../../tests/fuzz/seeds/table/segments.lvm"),
     include_bytes!("../../../../../tests/fuzz/seeds/table/semicolons.txt"),
     include_bytes!("../../../../../tests/fuzz/seeds/table/short.csv"),
