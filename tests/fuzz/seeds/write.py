@@ -12,6 +12,8 @@ from pathlib import Path
 
 import numpy as np
 
+from hostile import hostile
+
 HERE = Path(__file__).parent
 ROWS = 40
 row = np.arange(ROWS, dtype=float)
@@ -262,5 +264,5 @@ def lvm():
 
 
 if __name__ == "__main__":
-    for make in [globals()[name] for name in sys.argv[1:] or ["bags", "mat", "mdf", "tdms", "tables", "lvm"]]:
+    for make in [globals()[name] for name in sys.argv[1:] or ["bags", "mat", "mdf", "tdms", "tables", "lvm", "hostile"]]:
         make()

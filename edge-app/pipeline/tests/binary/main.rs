@@ -8,6 +8,7 @@ macro_rules! seed {
 
 #[path = "../readings/cut.rs"]
 mod cut;
+mod hostile;
 #[path = "../readings/mod.rs"]
 mod readings;
 

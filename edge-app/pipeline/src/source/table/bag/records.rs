@@ -107,12 +107,14 @@ impl<R: Read> Records<R> {
         let (length, crc, compression) = chunk_header(&mut reader).map_err(|_| cut_off())?;
         let rest = reader.rest();
         (self.chunk, self.place) = (Vec::new(), 0);
+        // What is more shows by one byte.
+        let most = length.saturating_add(1).min(LONGEST);
         let unpacked = match &*compression {
-            "" => rest.take(LONGEST).read_to_end(&mut self.chunk),
+            "" => rest.take(most).read_to_end(&mut self.chunk),
             "zstd" => StreamingDecoder::new(rest)
                 .map_err(io::Error::other)
-                .and_then(|own| own.take(LONGEST).read_to_end(&mut self.chunk)),
-            "lz4" => FrameDecoder::new(rest).take(LONGEST).read_to_end(&mut self.chunk),
+                .and_then(|own| own.take(most).read_to_end(&mut self.chunk)),
+            "lz4" => FrameDecoder::new(rest).take(most).read_to_end(&mut self.chunk),
             other => {
                 let message = format!(
                     "has chunks that are compressed as {other:?}: record with zstd, lz4 or none"
@@ -123,6 +125,9 @@ impl<R: Read> Records<R> {
         self.broken = match unpacked {
             _ if is_cut_off => Some(cut_off()),
             Err(error) => Some(damaged(format_args!("a chunk cannot be unpacked ({error})"))),
+            Ok(own) if own as u64 > length => {
+                Some(damaged(format_args!("a chunk states {length} bytes, and has more")))
+            }
             Ok(_) if crc != 0 && crc32fast::hash(&self.chunk) != crc => {
                 self.chunk.clear();
                 Some(damaged("a chunk has another checksum"))
