@@ -172,3 +172,9 @@ pub const MAX_UNKNOWNS: usize = parameters::MAX_PARAMETERS + MAX_NUISANCES;
 pub const DOF: usize = 6;
 /// Names of these degrees of freedom.
 pub const DOF_NAMES: [&str; DOF] = ["tx", "ty", "tz", "rx", "ry", "rz"];
+
+/// Units of the stiffnesses of a joint, in the order of [`DOF_NAMES`].
+pub const STIFFNESS_UNITS: [&str; DOF] = ["N/m", "N/m", "N/m", "Nm/rad", "Nm/rad", "Nm/rad"];
+
+/// Units of the dampings of a joint, in the order of [`DOF_NAMES`].
+pub const DAMPING_UNITS: [&str; DOF] = ["Ns/m", "Ns/m", "Ns/m", "Nms/rad", "Nms/rad", "Nms/rad"];

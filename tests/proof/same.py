@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Whether two builds identify the same: tests/proof/same.py FLEXID OTHER [PLANTS]
+"""Compares what two builds identify: tests/proof/same.py FLEXID OTHER [PLANTS]
 
 FLEXID and OTHER are programs. Both identify the recordings, cuts of the scenarios, cuts of PLANTS (20) robots that are drawn, and cuts of plants with one
 section of `mill3-plant.toml` each. Compares their JSON without times and origin, and prints each that differs with its first difference. FLEXID simulates.
@@ -16,10 +16,13 @@ import tempfile
 ROOT = pathlib.Path(__file__).parents[2]
 # What may differ between two runs of one program.
 LEFT_OUT = {"seconds", "origin"}
+MISSING = "nothing"
 
 
 def run(*words):
-    return subprocess.run([str(word) for word in words], check=True, capture_output=True, text=True)
+    ended = subprocess.run([str(word) for word in words], capture_output=True, text=True)
+    if ended.returncode:
+        sys.exit(f"{' '.join(map(str, words))}: {ended.stderr.strip()}")
 
 
 def plain(own):
@@ -33,7 +36,7 @@ def difference(one, other, place=""):
     """The first place at which two results differ, and both values. `None` if they are equal."""
     if isinstance(one, dict) and isinstance(other, dict):
         keys = dict.fromkeys([*one, *other])
-        pairs = ((f"{place}.{key}", one.get(key), other.get(key)) for key in keys)
+        pairs = ((f"{place}.{key}", one.get(key, MISSING), other.get(key, MISSING)) for key in keys)
     elif isinstance(one, list) and isinstance(other, list) and len(one) == len(other):
         pairs = ((f"{place}[{index}]", *pair) for index, pair in enumerate(zip(one, other)))
     else:

@@ -2,14 +2,13 @@
 //! left out.
 
 use std::f64::consts::PI;
-use std::iter::repeat;
 use std::path::Path;
 
 use csv::{Position, ReaderBuilder, StringRecord, Trim};
 
 use crate::input::{self, BadInput};
 use crate::model::{Kind, Model, ModelJoint};
-use crate::units::{self, ANGLE, FORCE, MOMENT, STROKE};
+use crate::units;
 
 /// Columns of a load on the tool, each with its unit.
 pub(crate) const LOAD: [(&str, &str); 6] =
@@ -46,7 +45,7 @@ pub(crate) fn read<T>(
         .flexible(true)
         .has_headers(false)
         .from_reader(text.as_bytes());
-    let mut table: Option<(T, Vec<f64>)> = None;
+    let mut table: Option<T> = None;
     for record in reader.records().skip(usize::from(separator.is_some())) {
         let record = record.map_err(|error| BadInput::new(file, error))?;
         if record.iter().all(str::is_empty) {
@@ -56,40 +55,33 @@ pub(crate) fn read<T>(
         let bad = |message| BadInput { line, ..BadInput::new(file, message) };
         match &table {
             None => {
-                let (names, sizes): (Vec<String>, _) = record.iter().map(plain).unzip();
-                table = Some((header(&StringRecord::from(names)).map_err(bad)?, sizes));
+                let names: StringRecord = record.iter().map(plain).collect();
+                table = Some(header(&names).map_err(bad)?);
             }
-            Some((table, sizes)) => {
-                let sizes = sizes.iter().copied().chain(repeat(1.0));
-                let record =
-                    record.iter().zip(sizes).map(|(cell, size)| in_si(cell, size)).collect();
-                row(table, &record, line.unwrap_or_default()).map_err(bad)?;
-            }
+            Some(table) => row(table, &record, line.unwrap_or_default()).map_err(bad)?,
         }
     }
     Ok(())
 }
 
-/// Returns the name of a column without the unit in its brackets, and the size of the unit in SI units: of `fx [kN]` `fx` and 1000. A column of degrees
-/// has a name of its own, `q1_deg`.
-fn plain(name: &str) -> (String, f64) {
-    let as_it_is = || (name.to_owned(), 1.0);
-    let Some((own, unit)) = units::in_brackets(name) else { return as_it_is() };
-    let size = match own.chars().next() {
-        Some('q') if matches!(unit, "deg" | "°") => return (format!("{own}_deg"), 1.0),
-        Some('q') => ANGLE.size(unit).or_else(|| STROKE.size(unit)),
-        Some('f') => FORCE.size(unit),
-        Some('m') => MOMENT.size(unit),
-        _ => STROKE.size(unit),
-    };
-    size.map_or_else(as_it_is, |size| (own.to_owned(), size))
+/// Returns the name of a column that has its unit in brackets, as the tables of flexid write it: `fx [N]` is `fx`, `q1 (deg)` is `q1_deg`. A name with
+/// another unit stays as it is.
+fn plain(name: &str) -> String {
+    let Some((own, unit)) = units::in_brackets(name) else { return name.to_owned() };
+    match unit {
+        "deg" | "°" if own.starts_with('q') => format!("{own}_deg"),
+        _ if units_of(own).contains(&unit) => own.to_owned(),
+        _ => name.to_owned(),
+    }
 }
 
-/// Returns a cell whose unit has this size in SI units.
-fn in_si(cell: &str, size: f64) -> String {
-    match cell.parse::<f64>() {
-        Ok(value) if size != 1.0 => (value * size).to_string(),
-        _ => cell.to_owned(),
+/// Returns the units that the name of a column may have behind it, beside degrees.
+fn units_of(column: &str) -> &'static [&'static str] {
+    match column.as_bytes().first() {
+        Some(b'q') => &["rad", "m"],
+        Some(b'f') => &["N"],
+        Some(b'm') => &["Nm", "N·m", "N*m"],
+        _ => &["m"],
     }
 }
 
@@ -131,6 +123,15 @@ pub(crate) fn check_names(
                 let name = shown(name);
                 return Err(format!(
                     "unknown column {name}: did you mean {lower}? the first line is {needed}"
+                ));
+            }
+            if let Some((own, unit)) = units::in_brackets(name)
+                && known.iter().any(|known| known == own)
+            {
+                let units = units_of(own).join(", ");
+                return Err(format!(
+                    "column {own} has the unit {}: write it in {units}",
+                    shown(unit)
                 ));
             }
             let known = known.join(",");

@@ -1,15 +1,10 @@
 //! Names and units of unknowns.
 
-pub use flexid_core::DOF_NAMES;
 use flexid_core::sought::{Coordinate, Sought};
+pub use flexid_core::{DAMPING_UNITS, DOF_NAMES, STIFFNESS_UNITS};
 use flexid_wire::text::{Label, Name, clipped};
 
 use crate::model::Model;
-
-/// Units of the stiffnesses of a joint, in the order of [`DOF_NAMES`].
-pub const STIFFNESS_UNITS: [&str; 6] = ["N/m", "N/m", "N/m", "Nm/rad", "Nm/rad", "Nm/rad"];
-/// Units of the dampings of a joint, in the order of [`DOF_NAMES`].
-pub const DAMPING_UNITS: [&str; 6] = ["Ns/m", "Ns/m", "Ns/m", "Nms/rad", "Nms/rad", "Nms/rad"];
 
 /// Returns the name of a coordinate, for example `joint_1 tx stiffness` or `delay`.
 pub fn name(model: &Model, coordinate: Coordinate) -> Label {

@@ -14,8 +14,6 @@
 //! | `force`, `acceleration`      | direction of a sensor of one channel: `x`, `-z`  |            |
 //! | `px`, `py`, `pz`             | point of the force, from the TCP along its axes  | m          |
 //!
-//! A name may have another unit in brackets: `px [mm]`.
-//!
 //! A table of several cuts at different poses has a line for each cut, in their order.
 
 use std::ffi::OsStr;
@@ -218,7 +216,7 @@ mod tests {
 
     #[test]
     fn a_line_says_where_and_along_what_a_hammer_struck() {
-        let text = "file,q1,q2,q3,force,acceleration,px [mm],pz\na.csv,0,0,0,-Z,+x,100,\n";
+        let text = "file,q1,q2,q3,force,acceleration,px,pz\na.csv,0,0,0,-Z,+x,0.1,\n";
         let poses = parse(Path::new("poses.csv"), text, &mill3()).unwrap();
         let [cut] = &poses.of(Path::new("a.csv"))[..] else { panic!("one line") };
         let directions = cut.directions.map(|own| own.unwrap().vector(2.0));
@@ -239,8 +237,12 @@ mod tests {
                 "p.csv:2: column q3 is \"x\": must be a number (in rad)",
             ),
             ("file,q1,q2,q3\n,0,0,0\n", "p.csv:2: column file is empty: name the table"),
-            ("file,q1 [turns],q2,q3\n", "p.csv:1: unknown column \"q1 [turns]\": known are "),
-            ("file,q1,q2,q3,px [N]\n", "p.csv:1: unknown column \"px [N]\": known are "),
+            (
+                "file,q1 [turns],q2,q3\n",
+                "p.csv:1: column q1 has the unit \"turns\": write it in rad, m",
+            ),
+            ("file,q1,q2,q3,px [mm]\n", "p.csv:1: column px has the unit \"mm\": write it in m"),
+            ("file,q1,q2,q3,px [N]\n", "p.csv:1: column px has the unit \"N\": write it in m"),
             (
                 "file,q1,q2,q3\na.csv,0,-60,0\n",
                 "p.csv:2: column q2 is -60: joint \"joint_2\" moves in ",

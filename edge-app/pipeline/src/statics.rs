@@ -17,7 +17,7 @@
 //! | `sx`, `sy`, `sz`             | standard deviation of each displacement                               | m      | by the residuals      |
 //! | `gx`, `gy`, `gz`             | point of the tool that the gauge measures, from the TCP               | m      | 0                     |
 //!
-//! A name may have another unit in brackets: `dz [µm]`. All but the joint angles are along the TCP's axes, at the pose of the line. The columns may come in any order. Empty lines and lines
+//! All but the joint angles are along the TCP's axes, at the pose of the line. The columns may come in any order. Empty lines and lines
 //! that begin with `#` are left out.
 
 mod table;

@@ -51,10 +51,7 @@ pub(crate) const ANGLE: Quantity = Quantity {
     name: "angle",
     units: &[("rad", 1.0), ("mrad", 1e-3), ("deg", PI / 180.0), ("°", PI / 180.0)],
 };
-pub(crate) const MOMENT: Quantity =
-    Quantity { name: "moment", units: &[("Nm", 1.0), ("N·m", 1.0), ("N*m", 1.0), ("kNm", 1e3)] };
-pub(crate) const STROKE: Quantity =
-    Quantity { name: "stroke", units: &[("m", 1.0), ("mm", 1e-3), ("µm", 1e-6), ("um", 1e-6)] };
+pub(crate) const STROKE: Quantity = Quantity { name: "stroke", units: &[("m", 1.0), ("mm", 1e-3)] };
 pub(crate) const TIME: Quantity =
     Quantity { name: "time", units: &[("s", 1.0), ("ms", 1e-3), ("us", 1e-6), ("µs", 1e-6)] };
 

@@ -48,26 +48,6 @@ fn a_table_is_read() {
 }
 
 #[test]
-fn a_column_may_have_a_unit() {
-    let units = GAUGE
-        .replace(",fz,", ",fz [kN],")
-        .replace(",dz,", ",dz [µm],")
-        .replace(", -981,", ", -0.981,")
-        .replace("500, 0, 0, 0, 20", "500, 0, 0.0, 0, 20")
-        .replace("-1.12e-4", "-112")
-        .replace("-3e-5", "-30");
-    let (tests, expected) = (parse(&units).unwrap(), parse(GAUGE).unwrap());
-    for (test, expected) in tests.iter().zip(&expected) {
-        assert_eq!(test.wrench, expected.wrench);
-        let off = |(own, other): (&Reading, &Reading)| (own.value - other.value).abs();
-        let of = |test: &StaticTest| test.displacement.into_iter().flatten().collect::<Vec<_>>();
-        assert!(of(test).iter().zip(&of(expected)).map(off).all(|off| off < 1e-18));
-    }
-    let of_another = parse(&GAUGE.replace(",dz,", ",dz [N],")).unwrap_err();
-    assert!(of_another.starts_with("static.csv:2: unknown column \"dz [N]\""), "{of_another}");
-}
-
-#[test]
 fn columns_may_come_in_any_order() {
     let turned: Vec<String> = GAUGE
         .lines()

@@ -3,7 +3,7 @@
 use std::fmt;
 
 use flexid_pipeline::dynamics::{Robot, TWO_SIDED};
-use flexid_pipeline::names::DOF_NAMES;
+use flexid_pipeline::names::{DAMPING_UNITS, DOF_NAMES, STIFFNESS_UNITS};
 use flexid_wire::answer::{Answer, Number};
 use flexid_wire::confidence::Interval;
 use flexid_wire::finding::Finding;
@@ -79,16 +79,15 @@ impl Coverage {
             let Some(truth) = truth else { continue };
             let JointReport { name, stiffness_verdict, damping_verdict, .. } = joint;
             for (dof, of) in DOF_NAMES.iter().enumerate() {
-                let [along, about] = [dof < 3, dof >= 3];
                 if stiffness_verdict[dof] == Verdict::Identified {
-                    let unit = if along { "N/m" } else { "Nm/rad" };
+                    let unit = STIFFNESS_UNITS[dof];
                     let interval = intervals.stiffness_interval[dof];
                     let own = Number { value: joint.stiffness[dof], interval };
                     let name = format_args!("{name} {of} stiffness");
                     stiffness.add(name, unit, own, truth.stiffness[dof]);
                 }
                 if damping_verdict[dof] == Verdict::Identified {
-                    let unit = if about { "Nms/rad" } else { "Ns/m" };
+                    let unit = DAMPING_UNITS[dof];
                     let interval = intervals.damping_interval[dof];
                     let own = Number { value: joint.damping[dof], interval };
                     damping.add(format_args!("{name} {of} damping"), unit, own, truth.damping[dof]);
@@ -113,7 +112,7 @@ fn add_drives(tally: &mut Tally, answer: &Answer, finding: &Finding, truth: &Sha
         let own = joints.filter(|(joint, _)| joint.name == drive.joint).find_map(|(_, own)| *own);
         if let (Some(number), Some(truth)) = (drive.stiffness, own) {
             let dof = usize::from(drive.dof);
-            let unit = if dof < 3 { "N/m" } else { "Nm/rad" };
+            let unit = STIFFNESS_UNITS[dof];
             tally.add(format_args!("drive of {}", drive.joint), unit, number, truth.stiffness[dof]);
         }
     }

@@ -7,7 +7,7 @@ use super::words::records;
 use super::{Finding, sensors};
 
 const ABOUT: &str = "blows";
-/// What friction makes of all blows.
+/// Topic of the finding that friction may hold the joints.
 pub(super) const FRICTION: &str = "friction";
 
 /// Judges the blows of a survey.

@@ -194,7 +194,7 @@ fn cells(
     match truth {
         Some(Some(truth)) => {
             cells.extend([
-                format!("{:.digits$}", truth / scale),
+                format!("{:.*}", digits.max(places(truth.abs() / scale, 3)), truth / scale),
                 Percent(value / truth - 1.0).to_string(),
             ]);
         }
@@ -213,6 +213,8 @@ mod tests {
     fn a_row_has_value_interval_verdict_and_truth() {
         let row = cells(2.02e6, "N/m", Some([2.0e6, 2.04e6]), Verdict::Weak, Some(Some(2.0e6)));
         assert_eq!(row, ["2.020 MN/m", "±1.0 %", "weak", "2.000", "1.0 %"]);
+        let row = cells(1.0e10, "N/m", None, Verdict::NotObservable, Some(Some(2.0e6)));
+        assert_eq!(row[3..], ["0.00200", "499900 %"]);
         let row = cells(3.0e8, "N/m", Some([2.9e8, 3.2e8]), Verdict::Weak, None);
         assert_eq!(row, ["300 MN/m", "-3.3 to +6.7 %", "weak"]);
         let row = cells(3.0e6, "Nm/rad", None, Verdict::NotObservable, None);

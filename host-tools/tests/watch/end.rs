@@ -35,7 +35,7 @@ fn ends_when_the_parameters_are_identified() {
     let output = watch(&news, "--until identified --timeout 20");
     let table = text(&output.stdout);
     assert!(
-        output.status.success() && table.contains("joint_1") && table.contains("6.0000e7"),
+        output.status.success() && table.contains("joint_1") && table.contains("60.0 MN/m"),
         "{table}"
     );
     for part in [

@@ -21,11 +21,7 @@ macro_rules! hostile {
 const FILES: [(&str, &[u8], usize, &str); 18] = [
     hostile!("bag/hostile-cut-off.mcap", 6, "is cut off, and what comes before is used"),
     hostile!("bag/hostile-record.mcap", 3, "is damaged: a record has more than 256 MiB"),
-    hostile!(
-        "bag/hostile-states-much.mcap",
-        3,
-        "is damaged: a chunk states 9223372036854775808 bytes, and has 131072"
-    ),
+    hostile!("bag/hostile-states-much.mcap", 3, "has a chunk of more than 256 MiB"),
     hostile!("bag/hostile-bomb.mcap", 3, "is damaged: a chunk states 1000 bytes, and has more"),
     hostile!("mat/hostile-cut-off.mat", 0, CUT_OFF),
     hostile!(

@@ -21,7 +21,7 @@ macro_rules! seed {
 const PANDAS: [(&str, &[u8]); 3] =
     [seed!("pandas.csv"), seed!("pandas-semicolons.csv"), seed!("pandas-quoted.csv")];
 
-/// Of one time for all channels, and of one for each.
+/// Files with one time for all channels, and with one for each.
 const LABVIEW: [(&str, &[u8]); 2] = [seed!("gaps.lvm"), seed!("multi.lvm")];
 
 /// Two cuts without a time.

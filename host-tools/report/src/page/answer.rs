@@ -1,5 +1,6 @@
 //! The answer in numbers: stiffness of the tool, lowest mode and its damping, stiffness of the drives, each with its interval.
 
+use flexid_pipeline::names::STIFFNESS_UNITS;
 use flexid_wire::answer::{Answer, Drive, Number};
 use maud::{Markup, html};
 
@@ -71,7 +72,7 @@ fn card(name: &str, shown: Option<(String, Number)>, along: Option<String>) -> M
 }
 
 fn drive(own: &Drive) -> Option<(String, Number)> {
-    let unit = if own.dof < 3 { "N/m" } else { "Nm/rad" };
+    let unit = STIFFNESS_UNITS[usize::from(own.dof)];
     own.stiffness.map(|own| (imperfection::number(own.value, unit), own))
 }
 

@@ -269,16 +269,8 @@ impl Names {
     /// # Errors
     /// It is another one for another column.
     fn period_s(&self, before: &[Vec<String>]) -> Result<Option<f64>, String> {
-        let stated = before.iter().rev();
-        let mut stated = stated.filter_map(|line| Some((line, period_s(line, self.places())?)));
-        let Some((line, own)) = stated.next() else {
-            return Ok(None);
-        };
-        let stated = self.places().filter_map(|place| seconds(line.get(place)?));
-        match stated.into_iter().find(|other| (other / own - 1.0).abs() > DIFFERS) {
-            Some(other) => Err(two_rates(1.0 / own, 1.0 / other)),
-            None => Ok(Some(own)),
-        }
+        let stated = before.iter().rev().map(|line| period_s(line, self.places()));
+        stated.filter_map(Result::transpose).next().transpose()
     }
 
     /// Returns the places of the columns that are read.
@@ -303,14 +295,28 @@ impl Names {
     }
 }
 
-/// Returns the sampling period that a line states for the first of the columns at these places, s. A channel that is not read may have another one.
-pub(super) fn period_s(line: &[String], places: impl Iterator<Item = usize>) -> Option<f64> {
-    let (first, rest) = line.split_first()?;
-    if first.as_bytes() != PERIOD {
-        return None;
+/// Returns the sampling period that a line states for the columns at these places, s. A channel that is not read may have another one; one value alone
+/// is that of all columns.
+///
+/// # Errors
+/// It is another one for another column.
+pub(super) fn period_s(
+    line: &[String],
+    places: impl Iterator<Item = usize>,
+) -> Result<Option<f64>, String> {
+    let Some((_, rest)) = line.split_first().filter(|(first, _)| first.as_bytes() == PERIOD) else {
+        return Ok(None);
+    };
+    let mut of_columns = places.filter_map(|place| seconds(line.get(place)?));
+    let Some(own) = of_columns.next() else {
+        let mut all = rest.iter().filter(|cell| !cell.is_empty());
+        let alone = all.next().filter(|_| all.next().is_none());
+        return Ok(alone.and_then(|cell| seconds(cell)));
+    };
+    match of_columns.find(|other| (other / own - 1.0).abs() > DIFFERS) {
+        Some(other) => Err(two_rates(1.0 / own, 1.0 / other)),
+        None => Ok(Some(own)),
     }
-    let of_columns = places.filter_map(|place| seconds(line.get(place)?)).next();
-    of_columns.or_else(|| seconds(rest.iter().find(|cell| !cell.is_empty())?))
 }
 
 /// Returns the period in a cell, s.

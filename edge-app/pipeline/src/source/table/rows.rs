@@ -171,11 +171,18 @@ impl<R: Read + Send> Rows<R> {
             match self.advance()? {
                 Line::End => break,
                 Line::Names => return Ok(()),
-                Line::Other if matches!(self.row(), Ok(Some(_))) => break,
+                Line::Other if matches!(self.row(), Ok(Some(_))) || self.has_time_again() => break,
                 Line::Other => {}
             }
         }
         Err(fault)
+    }
+
+    /// Returns whether the present line has a time, of a table whose first row has none.
+    fn has_time_again(&self) -> bool {
+        self.empty_time.is_some_and(|place| {
+            text(self.cells.get(place)).replacen(',', ".", 1).parse::<f64>().is_ok()
+        })
     }
 
     /// Refuses the present line if it states another sampling period or other units for the next cut.
@@ -183,10 +190,12 @@ impl<R: Read + Send> Rows<R> {
         let cells: Vec<String> = self.cells.texts().collect();
         let error = |message: &str| Err(self.error(self.lines.number, message));
         let places = self.columns.all().map(|column| column.cell);
-        if let (Some(own), Some(other)) = (self.columns.period_s, period_s(&cells, places))
-            && (other / own - 1.0).abs() > DIFFERS
-        {
-            return error(&two_rates(1.0 / own, 1.0 / other));
+        match (self.columns.period_s, period_s(&cells, places)) {
+            (_, Err(fault)) => return error(&fault),
+            (Some(own), Ok(Some(other))) if (other / own - 1.0).abs() > DIFFERS => {
+                return error(&two_rates(1.0 / own, 1.0 / other));
+            }
+            _ => {}
         }
         if is_labels(&cells) && self.labels.as_ref().is_some_and(|own| *own != cells) {
             return error(
@@ -211,10 +220,10 @@ impl<R: Read + Send> Rows<R> {
         if let Some(place) = *empty_time
             && !cells.get(place).is_empty()
         {
-            let cell: String = text(cells.get(place)).chars().take(SHOWN).collect();
             return Err(format!(
-                "column {:?} holds {cell:?}, and is empty in the first row: {MEND_TIME}",
-                TIME.name
+                "column {:?} holds {:?}, and is empty in the first row: {MEND_TIME}",
+                TIME.name,
+                shown(cells, place)
             ));
         }
         let is_known = count == columns.cells || self.widths.contains(&count);
@@ -228,38 +237,31 @@ impl<R: Read + Send> Rows<R> {
             ));
         }
         numbers.settle(columns.all().map(|column| cells.get(column.cell)));
-        let mut read = |column: &Column, name: &dyn Fn() -> String| match numbers
-            .read(cells.get(column.cell))
-        {
-            Ok(Some(number)) => Ok(column.scale * number),
-            Ok(None) => Ok(f64::NAN),
-            Err(fault) => {
-                let cell: String = text(cells.get(column.cell)).chars().take(SHOWN).collect();
-                let fault = match fault {
-                    NoNumber::Text => "and no number",
-                    NoNumber::Ambiguous => "whose comma may be decimal or separate thousands",
+        let mut read = |column: &Column, name: &str, mend: &str| {
+            let number = numbers.read(cells.get(column.cell)).map_err(|fault| {
+                let (fault, mend) = match fault {
+                    NoNumber::Text => ("and no number", mend),
+                    NoNumber::Ambiguous => (
+                        "whose comma may be decimal or separate thousands",
+                        "export with decimal points, or with semicolons between the cells",
+                    ),
                 };
-                Err(format!("column {:?} holds {cell:?}, {fault}", name()))
-            }
+                format!("column {name:?} holds {:?}, {fault}: {mend}", shown(cells, column.cell))
+            });
+            Ok::<_, String>(number?.map_or(f64::NAN, |number| column.scale * number))
         };
-        let time_s = columns.time.as_ref().map(|column| {
-            let time_s = read(column, &|| TIME.name.to_owned());
-            time_s.map_err(|fault| format!("{fault}: {MEND_TIME}"))
-        });
+        let time_s = columns.time.as_ref().map(|column| read(column, TIME.name, MEND_TIME));
         let time_s = time_s.transpose()?;
-        let mut read_axis = |column: &Column, name: &dyn Fn() -> String| {
-            read(column, name).map_err(|fault| format!("{fault}: {MEND}"))
-        };
         let mut axes = [f32::NAN; 6];
         for ((value, column), name) in axes.iter_mut().zip(&columns.axes).zip(&layout.axes) {
             *value = match column {
-                Some(column) => read_axis(column, &|| name.clone())? as f32,
+                Some(column) => read(column, name, MEND)? as f32,
                 None => 0.0,
             };
         }
         let mut joints = heapless::Vec::new();
         for (column, (name, _)) in columns.joints.iter().zip(&layout.joints) {
-            let _ = joints.push(read_axis(column, &|| name.clone())?);
+            let _ = joints.push(read(column, name, MEND)?);
         }
         if time_s.is_some_and(|time_s| !(-LATEST_S..=LATEST_S).contains(&time_s)) {
             let is_empty =
@@ -314,6 +316,11 @@ impl<R: Read + Send> RowSource for Rows<R> {
         let line = Some(line as usize);
         io::Error::other(BadInput { line, ..BadInput::new(&self.file, message) })
     }
+}
+
+/// The beginning of a cell, for people.
+fn shown(cells: &Cells, place: usize) -> String {
+    text(cells.get(place)).chars().take(SHOWN).collect()
 }
 
 fn texts(cells: &Cells) -> Vec<String> {

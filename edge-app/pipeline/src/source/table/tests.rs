@@ -60,6 +60,21 @@ fn tables_of_other_programs_are_read() {
     }
 }
 
+/// A channel that is not read may have another period than those that are.
+#[test]
+fn a_period_is_that_of_the_columns_that_are_read() {
+    for (line, expected) in [
+        ("Delta_X,1.0,0.001,0.001", Ok(Some(0.001))),
+        ("Delta_X,0.001,,", Ok(Some(0.001))),
+        ("Delta_X,1.0,0,0", Ok(None)),
+        ("Samples,1.0,0.001,0.001", Ok(None)),
+        ("Delta_X,1.0,0.001,0.002", Err(rates::two_rates(1000.0, 500.0))),
+    ] {
+        let cells: Vec<String> = line.split(',').map(str::to_owned).collect();
+        assert_eq!(layout::period_s(&cells, [2, 3].into_iter()), expected, "{line}");
+    }
+}
+
 /// A text that counts what was read of it.
 struct Counted<'a> {
     text: &'a [u8],
@@ -144,9 +159,18 @@ fn each_mistake_is_named_with_its_line_and_column() {
         (format!("{NAMES}{}", "5,1,2,3,0,0,1\n".repeat(9)), "cut.csv: its time does not go on: ".to_owned()),
         (
             "Fx,Fy,Fz,ax,ay,az\n1,2,3,0,0,1\n\"1,234\",2,3,0,0,1\n".to_owned(),
-            format!("cut.csv:3: column \"Fx\" holds \"1,234\", whose comma may be decimal or separate thousands{mend}"),
+            "cut.csv:3: column \"Fx\" holds \"1,234\", whose comma may be decimal or separate thousands: export with decimal points, or with semicolons between the cells".to_owned(),
         ),
         (with("\"0,015\",1,2,3,0,0,1"), "cut.csv:17: column \"time\" holds \"0,015\", and no number".to_owned()),
+        (
+            // Below the second cut the names come again.
+            format!("Delta_X,0.001\n{own},1,2,3,0,0,1\n0.001,1,2,3,0,0,1\n0.002,1,2,3,0,0,1\n{own},1,2,3,0,0,1\n", own = "time,Fx,Fy,Fz,ax,ay,az\n"),
+            "cut.csv:4: column \"time\" holds \"0.001\", and is empty in the first row: ".to_owned(),
+        ),
+        (
+            format!("Delta_X,1e-3\n{own},1,2,3,0,0,1\nDelta_X,1e-3,1e-3,1e-3,2e-3,2e-3,2e-3\n{own},1,2,3,0,0,1\n", own = "time,Fx,Fy,Fz,ax,ay,az\n"),
+            "cut.csv:4: comes at 500.0 Hz, and ".to_owned(),
+        ),
         (
             "Delta_X,0.001\ntime,Fx,Fy,Fz,ax,ay,az\n,1,2,3,0,0,1\n0.001,1,2,3,0,0,1\n".to_owned(),
             "cut.csv:4: column \"time\" holds \"0.001\", and is empty in the first row: correct it, write seconds, or ".to_owned(),

@@ -97,18 +97,22 @@ impl<R: Read> Records<R> {
 
     /// Takes the chunk of this length.
     fn unpack(&mut self, length: u64) -> io::Result<()> {
-        let mut bytes = Vec::new();
-        (&mut self.bytes).take(length.min(LONGEST)).read_to_end(&mut bytes)?;
+        let too_long = || io::Error::other("has a chunk of more than 256 MiB");
         if length > LONGEST {
-            return Err(io::Error::other("has a chunk of more than 256 MiB"));
+            return Err(too_long());
         }
+        let mut bytes = Vec::new();
+        (&mut self.bytes).take(length).read_to_end(&mut bytes)?;
         let is_cut_off = (bytes.len() as u64) < length;
         let mut reader = Reader::new(&bytes, Order::Little);
         let (length, crc, compression) = chunk_header(&mut reader).map_err(|_| cut_off())?;
+        if length > LONGEST {
+            return Err(too_long());
+        }
         let rest = reader.rest();
         (self.chunk, self.place) = (Vec::new(), 0);
         // What is more shows by one byte.
-        let most = length.saturating_add(1).min(LONGEST);
+        let most = length + 1;
         let unpacked = match &*compression {
             "" => rest.take(most).read_to_end(&mut self.chunk),
             "zstd" => StreamingDecoder::new(rest)
@@ -126,6 +130,7 @@ impl<R: Read> Records<R> {
             _ if is_cut_off => Some(cut_off()),
             Err(error) => Some(damaged(format_args!("a chunk cannot be unpacked ({error})"))),
             Ok(own) if own as u64 > length => {
+                self.chunk.clear();
                 Some(damaged(format_args!("a chunk states {length} bytes, and has more")))
             }
             Ok(_) if crc != 0 && crc32fast::hash(&self.chunk) != crc => {
