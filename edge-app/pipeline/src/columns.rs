@@ -128,7 +128,8 @@ pub(crate) fn check_names(
             if let Some((own, unit)) = units::in_brackets(name)
                 && known.iter().any(|known| known == own)
             {
-                let units = units_of(own).join(", ");
+                let degrees = if own.starts_with('q') { "deg, " } else { "" };
+                let units = degrees.to_owned() + &units_of(own).join(", ");
                 return Err(format!(
                     "column {own} has the unit {}: write it in {units}",
                     shown(unit)

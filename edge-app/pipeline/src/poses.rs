@@ -239,7 +239,7 @@ mod tests {
             ("file,q1,q2,q3\n,0,0,0\n", "p.csv:2: column file is empty: name the table"),
             (
                 "file,q1 [turns],q2,q3\n",
-                "p.csv:1: column q1 has the unit \"turns\": write it in rad, m",
+                "p.csv:1: column q1 has the unit \"turns\": write it in deg, rad, m",
             ),
             ("file,q1,q2,q3,px [mm]\n", "p.csv:1: column px has the unit \"mm\": write it in m"),
             ("file,q1,q2,q3,px [N]\n", "p.csv:1: column px has the unit \"N\": write it in m"),

@@ -296,7 +296,7 @@ impl Config {
         config.signals = signals;
         if !self.knows_rate {
             config.rate_hz = tables.rate_hz.ok_or_else(|| {
-                bad("[measurement] rate_hz is missing, and no column of the table tells it: state it, or give the time of each row".into())
+                bad("[measurement] rate_hz is missing, and no column of the table tells it: state it, or give the time of each row in a column \"time [s]\"".into())
             })?;
             let stated = self.states_record_samples.then_some(self.record_samples);
             config.record_samples =

@@ -68,7 +68,7 @@ fn what_a_table_needs_is_named() {
     };
     assert_eq!(
         of_rate(None),
-        "[measurement] rate_hz is missing, and no column of the table tells it: state it, or give the time of each row"
+        "[measurement] rate_hz is missing, and no column of the table tells it: state it, or give the time of each row in a column \"time [s]\""
     );
     assert_eq!(
         of_rate(Some(300.0)),

@@ -113,7 +113,8 @@ impl Layout {
             places.push(place);
         }
         // A column that has a meaning is no time. LabVIEW may repeat the time before each channel.
-        let time = cells.iter().position(|cell| self.is_time(cell));
+        let named = cells.iter().position(|cell| self.is_time(cell));
+        let time = named.or_else(|| alone_in_seconds(&cells));
         let time = time.filter(|place| !places.contains(place));
         let joints = places.split_off(places.len() - self.joints.len());
         let place = |name: &String| self.needed().position(|own| own == name);
@@ -317,6 +318,14 @@ pub(super) fn period_s(
         Some(other) => Err(two_rates(1.0 / own, 1.0 / other)),
         None => Ok(Some(own)),
     }
+}
+
+/// Returns the place of the only column with a unit of time in brackets, whatever its name: `Zeit [s]`.
+fn alone_in_seconds(cells: &[String]) -> Option<usize> {
+    let is_of_time =
+        |cell: &String| units::in_brackets(cell).is_some_and(|(_, unit)| TIME.size(unit).is_some());
+    let mut all = (0..cells.len()).filter(|place| is_of_time(&cells[*place]));
+    all.next().filter(|_| all.next().is_none())
 }
 
 /// Returns the period in a cell, s.

@@ -49,6 +49,7 @@ fn tables_of_other_programs_are_read() {
         ("NI", b"Time (ms),Fx (N),Fy (kN),Fz (N),ax (mG),ay (G),az (G)\r\n0.000000,1.5,0.002,3,0,0,1\r\n1.000000,-1.5,0.002,3,0,0,1\r\n"),
         ("DEWESoft", b"Data file:;cut.dxd\nSample rate:;1000\nCreated:;27.11.2026 10:00:00\n\nTime (s);Fx (N);Fy (N);Fz (N);ax (g);ay (g);az (m/s\xB2)\n0,000;1,5;2,0;3,0;0,0;0,0;9,80665\n0,001;-1,5;2,0;3,0;0,0;0,0;9,80665\n"),
         ("Excel", b"\xEF\xBB\xBFsep=;\r\ntime [s];Fx [N];Fy [N];Fz [N];ax [g];ay [g];az [g]\r\n0;1,5;2;3;0;0;1\r\n0,001;-1,5;2;3;0;0;1\r\n;;;;;;\r\n"),
+        ("a recorder in German", b"Zeit [s];Fx [N];Fy [N];Fz [N];ax [g];ay [g];az [g]\n0,000;1,5;2;3;0;0;1\n0,001;-1,5;2;3;0;0;1\n"),
         ("LabVIEW", lvm),
     ] {
         let table = open(text).unwrap_or_else(|error| panic!("{writer}: {error}"));
