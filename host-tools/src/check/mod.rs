@@ -175,9 +175,13 @@ impl<'a> Check<'a> {
         ready + &doubts
     }
 
-    /// The findings that are known before the fit, and are likely to spoil it. Of those that are wrong: configuration and model, static tests, readings, units, logs, lost
-    /// frames and rates. Of what is doubtful: configuration and model, readings and units. Of what is to be known: friction under blows. Nothing where the logs give no record, which has an error
-    /// of its own.
+    /// The findings that are known before the fit, and are likely to spoil it. Nothing where the logs give no record, which has an error of its own.
+    ///
+    /// | findings | about |
+    /// | -------- | ----- |
+    /// | wrong    | configuration and model, static tests, readings, units, logs, lost frames, rates |
+    /// | doubtful | configuration and model, readings, units |
+    /// | notes    | friction under blows |
     pub(crate) fn at_once(&self) -> impl Iterator<Item = &Finding> {
         let has_record = self.survey.is_none_or(|survey| survey.usable().next().is_some());
         self.findings.iter().filter(move |finding| {

@@ -3,6 +3,8 @@
 
 use std::path::{Path, PathBuf};
 
+use flexid_core::sensors::Accelerometer;
+
 use super::sections::{BusSection, ForceAxes, MeasurementSection, SignalsSection, TopicsSection};
 use crate::columns;
 use crate::input::BadInput;
@@ -12,7 +14,6 @@ use crate::record::{BINS, SAMPLES};
 use crate::signals::SignalTable;
 use crate::source::Topics;
 use crate::text::count;
-use flexid_core::sensors::Accelerometer;
 
 /// Shortest and longest record, samples.
 const RECORD_SAMPLES: [usize; 2] = [256, SAMPLES];

@@ -61,6 +61,19 @@ fn tables_of_other_programs_are_read() {
     }
 }
 
+/// Two columns with a unit of time leave the time open, unless one has its name.
+#[test]
+fn only_one_column_may_be_the_time_by_its_unit() {
+    let rate_hz = |names: &str| {
+        let row = |row: u32| format!("{:.3},{:.3},1,2,3,0,0,1\n", f64::from(row) * 1e-3, 0.5);
+        let text = format!("{names},Fx,Fy,Fz,ax,ay,az\n") + &(0..9).map(row).collect::<String>();
+        open(text.as_bytes()).unwrap().shown().rate_hz.map(f64::round)
+    };
+    assert_eq!(rate_hz("Zeit [s],Druck [bar]"), Some(1000.0));
+    assert_eq!(rate_hz("Zeit [s],Verzug [s]"), None);
+    assert_eq!(rate_hz("time [s],Verzug [s]"), Some(1000.0));
+}
+
 /// A channel that is not read may have another period than those that are.
 #[test]
 fn a_period_is_that_of_the_columns_that_are_read() {
