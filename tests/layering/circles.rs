@@ -6,7 +6,6 @@ use std::path::{Path, PathBuf};
 
 use petgraph::algo::tarjan_scc;
 use petgraph::graph::{DiGraph, NodeIndex};
-use petgraph::visit::EdgeRef;
 use syn::visit::{self, Visit};
 use syn::{Attribute, Ident, Item, ItemMod, ItemUse, Macro, Meta, UseTree, Visibility};
 
@@ -15,49 +14,15 @@ use super::{ROOT, packages, read};
 /// A module by its names from the root of its crate.
 type Module = Vec<String>;
 
-/// Files that lead back to themselves.
-#[derive(Debug, PartialEq, Eq, PartialOrd, Ord)]
-struct Circle {
-    files: BTreeSet<String>,
-    /// Number of pairs of them of which the first imports from the second.
-    imports: usize,
-}
-
-/// The circles that stand today: the number of imports, then a file a line, and an empty line between two circles. A circle may shrink
-/// or go, and none may come.
-const STANDING: &str = include_str!("circles.txt");
-
-fn standing(text: &str) -> Circle {
-    let (imports, files) = text.split_once('\n').expect("the number of imports, and files");
-    let imports = imports.trim_end_matches(" imports").parse().expect("a number of imports");
-    Circle { files: files.lines().map(str::to_owned).collect(), imports }
-}
+/// Files that lead back to themselves, by their paths.
+type Circle = BTreeSet<String>;
 
 #[test]
-fn no_circle_of_files_comes() {
-    let standing: Vec<Circle> = STANDING.trim().split("\n\n").map(standing).collect();
+fn no_files_lead_back_to_themselves() {
     let sources = packages(".").into_iter().map(|(_, folder)| folder.join("src"));
     let sources = sources.filter(|source| source.is_dir());
     let found: Vec<Circle> = sources.flat_map(|source| circles(&source)).collect();
-    let within = |circle: &&Circle, standing: &Circle| circle.files.is_subset(&standing.files);
-    let new: Vec<_> = found
-        .iter()
-        .filter(|circle| {
-            let mut all = standing.iter();
-            !all.any(|own| within(circle, own) && circle.imports <= own.imports)
-        })
-        .collect();
-    assert!(new.is_empty(), "files lead back to themselves by their `use` lines: {new:#?}");
-    for standing in &standing {
-        let remains = || found.iter().filter(|circle| within(circle, standing));
-        let files = remains().flat_map(|circle| &circle.files).cloned().collect();
-        let imports = remains().map(|circle| circle.imports).sum();
-        assert_eq!(
-            &Circle { files, imports },
-            standing,
-            "a circle has shrunk: shorten circles.txt"
-        );
-    }
+    assert!(found.is_empty(), "files lead back to themselves by their `use` lines: {found:#?}");
 }
 
 #[test]
@@ -91,19 +56,16 @@ fn a_circle_is_found_by_any_form_of_path_and_no_other() {
     }
     let mut found = circles(&source);
     found.sort();
-    let names: Vec<(Vec<&str>, usize)> = found
-        .iter()
-        .map(|Circle { files, imports }| {
-            (files.iter().map(|file| file.rsplit_once("src/").unwrap().1).collect(), *imports)
-        })
-        .collect();
+    let name = |file: &'_ String| file.rsplit_once("src/").unwrap().1.to_owned();
+    let names: Vec<Vec<String>> =
+        found.iter().map(|files| files.iter().map(name).collect()).collect();
     assert_eq!(
         names,
         [
-            (vec!["a.rs", "b.rs", "b/inner.rs", "c.rs"], 4),
-            (vec!["d/other.rs", "d/own.rs"], 2),
-            (vec!["f/g.rs", "f/mod.rs"], 2),
-            (vec!["h/i.rs", "h/mod.rs"], 2),
+            vec!["a.rs", "b.rs", "b/inner.rs", "c.rs"],
+            vec!["d/other.rs", "d/own.rs"],
+            vec!["f/g.rs", "f/mod.rs"],
+            vec!["h/i.rs", "h/mod.rs"],
         ]
     );
 }
@@ -147,13 +109,7 @@ fn circles(source: &Path) -> Vec<Circle> {
         let file = &files[graph[node]];
         file.strip_prefix(ROOT).unwrap_or(file).display().to_string()
     };
-    let circle = |component: Vec<NodeIndex>| {
-        let own: BTreeSet<NodeIndex> = component.into_iter().collect();
-        let further = |&node: &NodeIndex| graph.edges(node).map(|import| import.target());
-        let imports = own.iter().flat_map(further).filter(|target| own.contains(target)).count();
-        Circle { files: own.iter().copied().map(name).collect(), imports }
-    };
-    components.map(circle).collect()
+    components.map(|component| component.into_iter().map(name).collect()).collect()
 }
 
 /// The modules that are files, below `source`. `lib.rs` is the root; a program's `main.rs` imports, and nothing imports it.

@@ -7,6 +7,7 @@
 use super::judged::Judged;
 use super::minimum::{Minimum, NEAR, RIVAL, structure_is_beyond_noise};
 use crate::chi_square::noise_explains;
+use crate::imperfection::Correction;
 use crate::refine::Fit;
 use crate::sought::Coordinates;
 
@@ -35,6 +36,14 @@ pub(super) struct Corrected {
     pub(super) fitted_in_vain: Option<Coordinates>,
     /// How often the imperfections of the model have been replaced.
     pub(super) replaced: u32,
+}
+
+/// Where a fit has ended that needs an error far beyond its accuracy.
+#[derive(Clone, Debug)]
+pub(super) struct Deferred {
+    pub(super) judged: Judged,
+    pub(super) coordinates: Coordinates,
+    pub(super) correction: Correction,
 }
 
 impl Corrected {

@@ -5,24 +5,15 @@
 
 use rand_core::Rng;
 
-use super::corrected::Corrected;
+use super::corrected::{Corrected, Deferred};
 use super::judged::Judged;
 use super::minimum::Minimum;
 use super::{Acceptance, FitStart, Identifier, Phase, Purpose};
-use crate::refine::{Correction, Plant};
-use crate::sought::Coordinates;
+use crate::refine::Plant;
 
 /// Factor on an accuracy beyond which a fit that needs it is deferred. Chosen: a single error of its kind is then seven times its accuracy,
 /// which of normal errors one in 4e11 is.
 const FAR: f64 = 3.0;
-
-/// Where a fit has ended that needs such an error.
-#[derive(Clone, Debug)]
-pub(super) struct Deferred {
-    judged: Judged,
-    coordinates: Coordinates,
-    correction: Correction,
-}
 
 impl<R: Rng> Identifier<R> {
     /// Whether a fit to the plant that would correct the model is to be deferred.
@@ -74,6 +65,7 @@ pub(super) mod tests {
 
     use super::super::minimum::tests::minimum;
     use super::*;
+    use crate::imperfection::Correction;
     use crate::mounting::Mounting;
     use crate::refine::tests::{bounds, chain};
     use crate::sensors::Accelerometer;

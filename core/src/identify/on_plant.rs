@@ -9,7 +9,8 @@ use super::corrected::{Corrected, OnPlant};
 use super::judged::Judged;
 use super::minimum::{Minimum, REACHED, SAME_PLACE};
 use super::{Acceptance, FitStart, Identifier, Phase, Purpose};
-use crate::refine::{Correction, Plant, Problem};
+use crate::imperfection::Correction;
+use crate::refine::{Plant, Problem};
 use crate::sought::Coordinates;
 use crate::spectrum::Experiment;
 

@@ -1,22 +1,11 @@
-//! What an identifier is doing, and how far it has come.
+//! How far an identifier has come.
 
+use super::phase::Phase;
 use super::start::Method;
 use super::{Effort, Identifier};
 
 /// Typical number of steps of a refinement that starts in the right basin.
 const TYPICAL_ITERATIONS: f32 = 12.0;
-/// What an [`Identifier`] is doing.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Phase {
-    /// Needs a record.
-    Waiting,
-    /// A descent into the basin, or a random search for it.
-    Searching,
-    /// Gauss-Newton refinement.
-    Refining,
-    /// Nothing to do until the next record.
-    Settled,
-}
 
 /// How the work stands.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -8,8 +8,9 @@ use rand_core::Rng;
 
 use super::minimum::Rival;
 use super::{Acceptance, Effort, FoundBy, Identifier, Phase};
+use crate::imperfection::Correction;
 use crate::parameters::Bounds;
-use crate::refine::{Correction, Retired};
+use crate::refine::Retired;
 use crate::sought::{Coordinates, MAX_UNKNOWNS, Sought};
 use crate::spectrum::Experiment;
 

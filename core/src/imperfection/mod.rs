@@ -9,10 +9,12 @@
 //! Sequential Estimation_, 1977, chapter 8).
 
 mod accuracies;
+mod correction;
 
 use heapless::Vec;
 
 pub use accuracies::{Accuracies, SensorAccuracies};
+pub(crate) use correction::Correction;
 
 use crate::chain::spread::SPREADS;
 use crate::chain::{Chain, JointKind};

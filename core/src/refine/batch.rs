@@ -5,15 +5,11 @@ use core::ops::Range;
 use heapless::Vec;
 
 use super::model::Model;
-use super::seam::{MAX_SEAM, ORDERS, powers};
-use crate::MAX_UNKNOWNS;
-use crate::linear::gram::{WIDEST, padded};
+use super::seam::{ORDERS, powers};
+use crate::linear::gram::WIDEST;
 use crate::receptance::Complex;
 use crate::receptance::lanes::Lanes;
 use crate::spectrum::Experiment;
-
-/// Columns of a row: seam, what is sought, residual; padded.
-pub(super) const COLUMNS: usize = padded(MAX_SEAM + MAX_UNKNOWNS + 1);
 
 /// The bins of one record.
 pub(super) struct Bins<'a> {

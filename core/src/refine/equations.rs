@@ -20,20 +20,14 @@ use super::further::Further;
 use super::model::Model;
 use super::residuals::Residuals;
 use super::rows::{Derivatives, Rows, write_seam};
-use super::seam::{MAX_SEAM, Seam, unknowns};
+use super::seam::{Seam, unknowns};
 use super::whitening::Whitening;
 use crate::linear::gram::WIDEST;
 use crate::linear::normal::Normal;
-use crate::linear::packed::packed;
 use crate::receptance::lanes::{Kernel, Lanes, Precision};
 use crate::receptance::{Complex, PerDof, Response};
-use crate::sought::{MAX_UNKNOWNS, Sought};
+use crate::sought::Sought;
 use crate::{DOF, MAX_JOINTS};
-
-/// Length of the normal equations of one record.
-pub(super) const OF_RECORD: usize = packed(MAX_SEAM + MAX_UNKNOWNS + 1);
-/// Normal equations of one record.
-pub(super) type RecordNormal = Normal<OF_RECORD>;
 
 /// Real and imaginary part along each axis of the accelerometer.
 pub(super) type Reading = [[f64; 2]; 3];

@@ -2,14 +2,16 @@
 
 use core::f64::consts::TAU;
 
+use super::Refinement;
 use super::objective::Domain as _;
+use super::problem::Problem;
 use super::proposal::propose;
 use super::residuals::Agreement;
+use super::sizes::ParameterNormal;
 use super::statics::Statics;
 use super::structure::Structure;
 use super::sum_of_squares::SumOfSquares;
 use super::summary::Summary;
-use super::{ParameterNormal, Problem, Refinement};
 use crate::chain::linearise::LinearisationError;
 use crate::parameters::{Bounds, End, MAX_PARAMETERS};
 use crate::sought::{MAX_UNKNOWNS, Sought};

@@ -1,7 +1,8 @@
 //! Fisher information of the unknowns in experiments, whether done or only planned.
 
+use super::problem::Problem;
+use super::sizes::ParameterNormal;
 use super::statics::Statics;
-use super::{ParameterNormal, Problem};
 use crate::chain::linearise::LinearisationError;
 use crate::linear::normal::Normal;
 use crate::parameters::{Bounds, Bushings};

@@ -17,8 +17,10 @@
 use heapless::Vec;
 use nalgebra::{Matrix3, Vector3};
 
+use super::problem::Problem;
+use super::sizes::ParameterNormal;
 use super::statics::Statics;
-use super::{Fit, ParameterNormal, Problem, Refinement};
+use super::{Fit, Refinement};
 use crate::MAX_UNKNOWNS;
 use crate::statics::{LeftOut, MAX_STATIC_TESTS, RESOLVED, StaticTest};
 use crate::verdict::fisher_exceeds;

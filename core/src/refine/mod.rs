@@ -33,6 +33,7 @@ mod left_over;
 pub(crate) mod levels;
 mod levenberg_marquardt;
 mod model;
+mod modelled;
 mod objective;
 mod plant;
 mod problem;
@@ -43,6 +44,7 @@ mod responses;
 mod retired;
 mod rows;
 pub(crate) mod seam;
+mod sizes;
 mod stagnation;
 mod statics;
 mod structure;
@@ -56,8 +58,6 @@ use heapless::Vec;
 
 use crate::calibration::Calibration;
 use crate::chain::linearise::LinearisationError;
-use crate::linear::normal::Normal;
-use crate::linear::packed::packed;
 use crate::parameters::Bushings;
 use crate::sought::{Coordinate, Coordinates, MAX_UNKNOWNS, Sought};
 use crate::spectrum::Experiment;
@@ -72,7 +72,6 @@ pub use levenberg_marquardt::Outcome;
 pub(crate) use levenberg_marquardt::Remaining;
 use levenberg_marquardt::{LevenbergMarquardt, Limits};
 use model::Model;
-pub(crate) use plant::Correction;
 pub use plant::{
     Explanation, FoundImperfection, MAX_EXPLANATIONS, MAX_RIVALS, Mechanics, Places, Plant,
     PlantInformation,
@@ -83,6 +82,8 @@ pub use residuals::Agreement;
 pub(crate) use retired::Retired;
 use retired::RetiredInformation;
 use seam::Seam;
+use sizes::PACKED;
+pub(crate) use sizes::ParameterNormal;
 pub(crate) use stagnation::{OF_BRANCH, Stagnation};
 pub use structure::{Local, Structure};
 use sum_of_squares::SumOfSquares;
@@ -91,10 +92,6 @@ pub(crate) use unexplained::Unexplained;
 
 /// How often a start without an equilibrium goes half the way to the stiffest robot. Chosen: ten times leave a hundredth of six decades.
 const MAX_STIFFENINGS: u32 = 10;
-
-/// Length of the normal equations of the unknowns.
-const PACKED: usize = packed(MAX_UNKNOWNS + 1);
-pub(crate) type ParameterNormal = Normal<PACKED>;
 
 /// State of a refinement, in double precision.
 #[derive(Clone, Debug)]
@@ -332,7 +329,7 @@ impl Refinement {
         problem: &Problem<'_>,
         experiment: &Experiment<B>,
     ) -> Result<Information, LinearisationError> {
-        let model = Model::perfect(problem, &self.coordinates, experiment.site())?;
+        let model = modelled::perfect(problem, &self.coordinates, experiment.site())?;
         let (seam, _) = self.workspace.fit_seam(problem, &model, Bins::of(experiment));
         Ok(self.information_at(problem, &model, experiment, &seam))
     }
@@ -348,7 +345,7 @@ impl Refinement {
         problem: &Problem<'_>,
         experiment: &Experiment<B>,
     ) -> Result<Information, LinearisationError> {
-        let model = Model::perfect(problem, &self.coordinates, experiment.site())?;
+        let model = modelled::perfect(problem, &self.coordinates, experiment.site())?;
         let seam = self.workspace.planned_seam(problem, &model, Bins::of(experiment));
         Ok(self.information_at(problem, &model, experiment, &seam))
     }

@@ -6,17 +6,19 @@ mod tests;
 use heapless::Vec;
 
 use super::Problem;
-use super::batch::{Batch, Bins, COLUMNS, spill};
-use super::equations::{Assembly, Equations, OF_RECORD, Reading, RecordNormal, by_lane, whiten};
+use super::batch::{Batch, Bins, spill};
+use super::equations::{Assembly, Equations, Reading, by_lane, whiten};
 use super::model::Model;
-use super::plant::Correction;
+use super::modelled;
 use super::residuals::Residuals;
 use super::responses::{Bin, Columns, OTHERS, Sums};
 use super::seam::{MAX_SEAM, Seam, cost_of};
+use super::sizes::{COLUMNS, OF_RECORD, RecordNormal};
 use super::summary::Summary;
 use super::whitening::{Whitening, WhiteningOfLanes};
 use crate::DOF;
 use crate::chain::{linearise::LinearisationError, poses_agree};
+use crate::imperfection::Correction;
 use crate::linear::gram::WIDEST;
 use crate::linear::normal::Normal;
 use crate::receptance::lanes::{Kernel, Lanes, Precision as _};
@@ -67,7 +69,7 @@ impl Workspace {
         site: Site<'_>,
         record: usize,
     ) -> Result<Model, LinearisationError> {
-        Model::corrected(problem, &self.correction, coordinates, site, record)
+        modelled::corrected(problem, &self.correction, coordinates, site, record)
     }
 
     /// The seam that fits a record best, and the sum of squares that remains.

@@ -5,7 +5,7 @@
 
 use heapless::Vec;
 
-use super::ParameterNormal;
+use super::sizes::ParameterNormal;
 use crate::linear::normal::Normal;
 use crate::linear::packed::packed;
 use crate::sought::MAX_UNKNOWNS;

@@ -3,8 +3,9 @@
 
 use nalgebra::Matrix3;
 
-use super::batch::{Batch, COLUMNS, spill};
+use super::batch::{Batch, spill};
 use super::seam::{ORDERS, PARTS};
+use super::sizes::COLUMNS;
 use crate::DOF;
 use crate::calibration::Calibration;
 use crate::receptance::lanes::Lanes;

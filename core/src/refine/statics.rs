@@ -1,6 +1,7 @@
 //! What static tests add to the normal equations: a row for each displacement that was measured, and no seam.
 
-use super::{ParameterNormal, Problem};
+use super::problem::Problem;
+use super::sizes::ParameterNormal;
 use crate::DOF;
 use crate::calibration::Calibration;
 use crate::chain::linearise::LinearisationError;

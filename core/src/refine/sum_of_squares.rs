@@ -3,11 +3,12 @@
 use super::batch::Bins;
 use super::equations::Equations;
 use super::objective::Objective;
+use super::problem::Problem;
 use super::record::Workspace;
 use super::retired::RetiredInformation;
+use super::sizes::{PACKED, ParameterNormal};
 use super::statics::Statics;
 use super::summary::Summary;
-use super::{PACKED, ParameterNormal, Problem};
 use crate::chain::linearise::LinearisationError;
 use crate::sought::{Coordinates, Expected};
 use crate::spectrum::Experiment;

@@ -14,6 +14,7 @@ use super::objective::Objective as _;
 use super::*;
 use crate::calibration::Nuisances;
 use crate::chain::{Chain, Joint, JointKind, Link};
+use crate::linear::normal::Normal;
 use crate::mounting::Mounting;
 use crate::parameters::{Bounds, Bushing};
 use crate::receptance::{Complex, Response};
@@ -108,7 +109,7 @@ fn explained(
     let mut stiffer = bushings();
     stiffer.iter_mut().flat_map(|own| &mut own.stiffness).for_each(|stiffness| *stiffness *= times);
     let coordinates = problem.sought.coordinates(&stiffer);
-    let model = Model::perfect(problem, &coordinates, experiment.site()).unwrap();
+    let model = modelled::perfect(problem, &coordinates, experiment.site()).unwrap();
     let mut response = Response::new(0.0);
     let Experiment { force_noise, acceleration_noise, .. } = &mut experiment;
     for noise in force_noise.iter_mut().chain(acceleration_noise).flatten() {

@@ -2,10 +2,11 @@
 
 use heapless::Vec;
 
-use super::batch::{Batch, Bins, COLUMNS};
-use super::equations::{Accelerance, Assembly, Equations, Noise, OF_RECORD, Reading, by_lane};
+use super::batch::{Batch, Bins};
+use super::equations::{Accelerance, Assembly, Equations, Noise, Reading, by_lane};
 use super::model::Model;
 use super::record::Workspace;
+use super::sizes::{COLUMNS, OF_RECORD};
 use super::whitening::Whitening;
 use super::{Plant, Problem, Refinement};
 use crate::chain::linearise::LinearisationError;

@@ -3,7 +3,8 @@
 use heapless::Vec;
 use rand_core::Rng;
 
-use super::{Branch, FAR_STIFFNESS, RunnerUp, Tried};
+use super::FAR_STIFFNESS;
+use super::tried::{Branch, RunnerUp, Tried};
 use crate::identify::minimum::{Minimum, REACHED, SAME_PLACE};
 use crate::identify::{Acceptance, FitStart, Identifier, Purpose};
 use crate::refine::Plant;

@@ -7,7 +7,8 @@
 use rand_core::Rng;
 
 use super::screened::Screen;
-use super::{Branch, Identifier, Minimum, Purpose};
+use super::tried::Branch;
+use super::{Identifier, Minimum, Purpose};
 use crate::chi_square::rarely_exceeded;
 use crate::refine::{Outcome, Problem, thinning};
 use crate::sought::Coordinates;
@@ -18,7 +19,7 @@ use crate::spectrum::Experiment;
 const MAX_STEPS: u32 = 5;
 /// By how much the sum of squares of some bins must be larger, in χ² per degree of freedom, for a branch to be worse by all bins beyond
 /// doubt. Two models that differ by the norm S² in all whitened residuals have sums of squares that differ by `S² ± 2 S`. With three
-/// standard deviations, a difference of all bins below [`RIVAL`](super::RIVAL) leaves S² at 54 or less; of half the bins these have 27, and
+/// standard deviations, a difference of all bins below [`RIVAL`](super::super::minimum::RIVAL) leaves S² at 54 or less; of half the bins these have 27, and
 /// their sums then differ by less than 27 + 6 √27 = 58, of a quarter by 36, of a sixth by 27.
 const BEYOND_DOUBT: f64 = 60.0;
 

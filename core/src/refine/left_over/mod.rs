@@ -13,10 +13,11 @@ use core::f64::consts::TAU;
 
 use heapless::Vec;
 
-use super::batch::{Bins, COLUMNS};
-use super::equations::{Assembly, Equations, OF_RECORD};
+use super::batch::Bins;
+use super::equations::{Assembly, Equations};
 use super::model::Model;
 use super::record::Workspace;
+use super::sizes::{COLUMNS, OF_RECORD};
 use super::unexplained;
 use super::{Plant, Problem, Refinement};
 use crate::search::MAX_EXPERIMENTS;

@@ -30,10 +30,6 @@ use crate::receptance::{
 };
 use crate::{DOF, MAX_JOINTS};
 
-/// Step of a difference, in standard deviations of the imperfection, or of the logarithm of a sag. Chosen: rounding changes a derivative by less
-/// than 1e-6 of it, and curvature by a thousandth of what it changes over a standard deviation.
-pub(super) const STEP: f64 = 1e-3;
-
 /// Columns of the imperfections of a record.
 #[derive(Clone, Debug)]
 pub(super) struct Imperfections {

@@ -7,10 +7,10 @@
 
 use super::super::fit::lies_on_bound;
 use super::super::proposal::FLOOR;
+use super::super::sizes::{ALL, OF_ALL, WIDE_OF_RECORD};
 use super::Plant;
 use super::evidence::{Block, MAX_OF_KIND};
-use super::restated::Restated;
-use super::sizes::{ALL, OF_ALL, OF_RECORD};
+use super::factors::Restated;
 use crate::imperfection::{Imperfection, KINDS, MAX_IMPERFECTIONS};
 use crate::linear::normal::Normal;
 use crate::refine::Problem;
@@ -24,9 +24,9 @@ pub(super) struct Quadratic<'a> {
     imperfections: &'a [(Imperfection, f64)],
     restated: &'a Restated,
     /// Of the imperfections, the unknowns eliminated.
-    reduced: &'a Normal<OF_RECORD>,
+    reduced: &'a Normal<WIDE_OF_RECORD>,
     /// The same in another order, of which some are eliminated.
-    ordered: &'a mut Normal<OF_RECORD>,
+    ordered: &'a mut Normal<WIDE_OF_RECORD>,
     /// Of unknowns and imperfections, the unknowns eliminated.
     factor: &'a Normal<OF_ALL>,
     /// What the fit leaves, without priors of the imperfections.

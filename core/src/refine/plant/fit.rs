@@ -1,15 +1,18 @@
 //! The minimum over unknowns and imperfections.
 
 use super::super::levenberg_marquardt::{LevenbergMarquardt, Outcome, Remaining};
+use super::super::problem::Problem;
 use super::super::proposal::FLOOR;
+use super::super::sizes::ParameterNormal;
+use super::super::sizes::{ALL, OF_ALL};
 use super::super::stagnation::{OF_PLANT, Stagnation};
 use super::super::thinning::{self, residuals};
-use super::super::{Fit, ParameterNormal, Problem, Refinement};
-use super::objective::{PlantDomain, PlantSumOfSquares, Point};
-use super::restated::Restated;
-use super::sizes::{ALL, OF_ALL};
-use super::{Correction, Plant};
-use crate::imperfection::{self, MAX_IMPERFECTIONS};
+use super::super::{Fit, Refinement};
+use super::Plant;
+use super::domain::{PlantDomain, Point};
+use super::factors::Restated;
+use super::objective::PlantSumOfSquares;
+use crate::imperfection::{self, Correction, MAX_IMPERFECTIONS};
 use crate::sought::{Coordinates, MAX_UNKNOWNS};
 use crate::spectrum::Experiment;
 use crate::verdict::FOREIGN;

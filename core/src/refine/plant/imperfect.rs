@@ -7,7 +7,7 @@ use nalgebra::{Isometry3, Matrix3, Rotation3, Translation3, UnitQuaternion, Vect
 
 use super::super::Problem;
 use super::super::model::Model;
-use super::mechanics::Places;
+use super::places::Places;
 use crate::calibration::Calibration;
 use crate::chain::linearise::{LinearChain, LinearisationError};
 use crate::chain::spread::spread_by;
@@ -97,7 +97,7 @@ impl Imperfect {
     }
 
     /// Adds an imperfection of this value.
-    pub(super) fn add(&mut self, imperfection: Imperfection, value: f64) {
+    pub(in crate::refine) fn add(&mut self, imperfection: Imperfection, value: f64) {
         let along = |axis: usize| Vector3::ith(axis, value);
         let Self { chain, sensors, pose, .. } = self;
         let Sensors { mounting, calibration, .. } = sensors;

@@ -1,7 +1,7 @@
 //! The information about unknowns and imperfections together.
 
+use super::super::sizes::OF_ALL;
 use super::Plant;
-use super::sizes::OF_ALL;
 use crate::imperfection::Imperfection;
 use crate::linear::normal::Normal;
 

@@ -17,10 +17,11 @@ use super::super::batch::Bins;
 use super::super::objective::Domain as _;
 use super::super::proposal::propose;
 use super::super::record::share_pose;
+use super::super::sizes::ALL;
 use super::super::{Problem, Refinement};
 use super::Plant;
-use super::objective::{PlantDomain, PlantSumOfSquares, eliminate_seam};
-use super::sizes::ALL;
+use super::domain::PlantDomain;
+use super::objective::{PlantSumOfSquares, eliminate_seam};
 use crate::sought::MAX_UNKNOWNS;
 use crate::spectrum::Experiment;
 

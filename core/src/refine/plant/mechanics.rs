@@ -1,33 +1,22 @@
 //! The mechanics of a robot as a fit has found it, without its sensors: what predicts how it moves.
 
-use heapless::Vec;
 use nalgebra::Vector3;
 
 use super::imperfect::Imperfect;
+use super::places::Places;
+use crate::DOF;
 use crate::chain::Chain;
 use crate::chain::linearise::{LinearChain, LinearisationError};
 use crate::imperfection::{Imperfection, REFERENCE_HZ};
 use crate::parameters::Bushings;
 use crate::receptance::{Complex, JointTerms, Rates, Terms, bushing};
 use crate::sensors::Sensors;
-use crate::{DOF, MAX_JOINTS};
 
 /// A robot at a pose, linearised about its static equilibrium, with bushings whose impedance depends on the frequency.
 #[derive(Clone, Debug)]
 pub struct Mechanics {
     chain: LinearChain,
     terms: Terms<f64>,
-}
-
-/// What stands where in a robot with imperfections, before its bushings give way.
-#[derive(Clone, Debug)]
-pub struct Places {
-    /// The chain. Its elastic centres are the origins of its joint frames. This holds at this pose alone.
-    pub chain: Chain,
-    /// Joint angles, one per driven joint, rad (m).
-    pub pose: Vec<f64, MAX_JOINTS>,
-    /// Mass of the base, a point on the ground, kg. It counts where the ground gives way.
-    pub base_mass: f64,
 }
 
 impl Mechanics {

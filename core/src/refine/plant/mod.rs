@@ -9,14 +9,14 @@
 //! | `imperfect`                     | the model with its imperfections                                |
 //! | `change`, `motion`, `columns`   | derivatives of a reading by the imperfections                   |
 //! | `sag`                           | derivatives by these and the stiffnesses through the sag        |
-//! | `correction`                    | a model with the imperfections that a fit has found             |
-//! | `objective`, `sizes`            | the sum of squares over unknowns and imperfections              |
+//! | `correction`                    | from a fit to a model that has its imperfections, and back      |
+//! | `objective`, `domain`           | the sum of squares over unknowns and imperfections              |
 //! | `fit`, `levels`, `thinned`      | its minimum, and how a fit begins                               |
 //! | `jackknife`                     | standard deviations where noise does not explain the residuals  |
 //! | `structure`                     | links that give way                                             |
 //! | `information`                   | what records and priors say of unknowns and imperfections       |
-//! | `mechanics`                     | the robot that a fit has found, without its sensors             |
-//! | `restated`                      | accuracies that the data contradict                             |
+//! | `mechanics`, `places`           | the robot that a fit has found, without its sensors             |
+//! | `restated`, `factors`           | accuracies that the data contradict                             |
 //! | `diagnosis`                     | which of them are wrong, and what explains as much              |
 //! | `explanation`, `evidence`       | the misfit as a function of the imperfections                   |
 
@@ -24,8 +24,10 @@ mod change;
 mod columns;
 mod correction;
 mod diagnosis;
+mod domain;
 mod evidence;
 mod explanation;
+mod factors;
 mod fit;
 pub(super) mod imperfect;
 mod information;
@@ -34,9 +36,9 @@ mod levels;
 mod mechanics;
 mod motion;
 mod objective;
+mod places;
 mod restated;
 mod sag;
-mod sizes;
 mod structure;
 mod thinned;
 
@@ -44,6 +46,7 @@ use heapless::Vec;
 
 use super::damping::Damping;
 use super::levenberg_marquardt::{LEAST_DAMPING, LevenbergMarquardt, Limits};
+use super::sizes::{OF_ALL, WIDE_OF_RECORD};
 use super::stagnation::{OF_PLANT, Stagnation};
 use super::summary::Summary;
 use crate::MAX_JOINTS;
@@ -53,13 +56,12 @@ use crate::linear::normal::Normal;
 use crate::receptance::Filter;
 use crate::sought::MAX_UNKNOWNS;
 use columns::Imperfections;
-pub(crate) use correction::Correction;
 pub use diagnosis::{Explanation, MAX_EXPLANATIONS, MAX_RIVALS};
+use domain::Point;
+use factors::Restated;
 pub use information::PlantInformation;
-pub use mechanics::{Mechanics, Places};
-use objective::Point;
-use restated::Restated;
-use sizes::{OF_ALL, OF_RECORD};
+pub use mechanics::Mechanics;
+pub use places::Places;
 
 /// Limits of a fit. Chosen: all unknowns together end within a tenth of a standard deviation of the minimum; a fit typically takes a
 /// sixth of these steps.
@@ -86,9 +88,9 @@ pub struct Plant {
     /// How far the last steps have come.
     stagnation: Stagnation,
     /// Normal equations of the record that was assembled last.
-    record: Normal<OF_RECORD>,
+    record: Normal<WIDE_OF_RECORD>,
     /// Normal equations of a record of which parts are left out.
-    whole: Normal<OF_RECORD>,
+    whole: Normal<WIDE_OF_RECORD>,
     /// Factor of the normal equations.
     factor: Normal<OF_ALL>,
     /// Of the residuals where the normal equations were assembled last.

@@ -1,88 +1,28 @@
-//! The sum of squares over unknowns and imperfections, and the domain of both.
-
-use fearless_simd::Level;
-use heapless::Vec;
+//! The sum of squares over unknowns and imperfections.
 
 use super::super::batch::Bins;
 use super::super::equations::{Assembly, Equations};
 use super::super::model::Model;
-use super::super::objective::{Domain, Objective};
-use super::super::proposal::{Room, Step};
+use super::super::objective::Objective;
+use super::super::problem::Problem;
 use super::super::record::Workspace;
 use super::super::residuals::Residuals;
 use super::super::retired::RetiredInformation;
 use super::super::seam::Seam;
+use super::super::sizes::{OF_ALL, ParameterNormal, WIDE, WIDE_OF_RECORD};
 use super::super::sum_of_squares::{add_other_than_records, other_than_records};
 use super::super::summary::Summary;
-use super::super::{ParameterNormal, Problem};
 use super::Plant;
-use super::change::Change;
-use super::columns::{Imperfections, STEP};
+use super::change::{Change, STEP};
+use super::columns::Imperfections;
+use super::domain::Point;
 use super::imperfect::Imperfect;
 use super::sag::{self, Sag};
-use super::sizes::{ALL, OF_ALL, OF_RECORD, WIDE};
 use crate::chain::Joint;
 use crate::chain::linearise::LinearisationError;
-use crate::imperfection::{Imperfection, MAX_IMPERFECTIONS};
 use crate::linear::normal::Normal;
 use crate::parameters::Bushings;
-use crate::sought::{Coordinates, MAX_UNKNOWNS};
 use crate::spectrum::{Experiment, Site};
-
-/// Values of unknowns and imperfections.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Point {
-    pub(super) coordinates: Coordinates,
-    /// In standard deviations.
-    pub(super) imperfections: [f64; MAX_IMPERFECTIONS],
-}
-
-/// Imperfections, and behind them the unknowns of a problem.
-pub(super) struct PlantDomain<'a> {
-    problem: &'a Problem<'a>,
-    /// Whether each imperfection is positive.
-    are_positive: Vec<bool, MAX_IMPERFECTIONS>,
-}
-
-impl<'a> PlantDomain<'a> {
-    pub(super) fn new(problem: &'a Problem<'a>, imperfections: &[(Imperfection, f64)]) -> Self {
-        let are_positive = imperfections.iter().map(|(imperfection, _)| imperfection.is_positive());
-        Self { problem, are_positive: are_positive.collect() }
-    }
-}
-
-impl Domain<ALL> for PlantDomain<'_> {
-    type Point = Point;
-
-    fn level(&self) -> Level {
-        self.problem.level
-    }
-
-    fn room(&self, point: &Point) -> Room<ALL> {
-        let mut room = [[f64::NEG_INFINITY, f64::INFINITY]; ALL];
-        let values = self.are_positive.iter().zip(&point.imperfections);
-        for (room, (is_positive, value)) in room.iter_mut().zip(values) {
-            if *is_positive {
-                room[0] = -value;
-            }
-        }
-        let of_unknowns = self.problem.room(&point.coordinates);
-        room[self.are_positive.len()..][..MAX_UNKNOWNS].copy_from_slice(&of_unknowns);
-        room
-    }
-
-    fn advance(&self, point: &Point, step: &Step<ALL>) -> Point {
-        let (of_imperfections, of_unknowns) = step.split_at(self.are_positive.len());
-        let mut advanced = *point;
-        for (value, change) in advanced.imperfections.iter_mut().zip(of_imperfections) {
-            *value += change;
-        }
-        let mut step = [0.0; MAX_UNKNOWNS];
-        step.copy_from_slice(&of_unknowns[..MAX_UNKNOWNS]);
-        advanced.coordinates = self.problem.advance(&point.coordinates, &step);
-        advanced
-    }
-}
 
 /// Sum of squares of records, imperfections, static tests, priors and retired records.
 pub(super) struct PlantSumOfSquares<'a, const B: usize> {
@@ -92,7 +32,7 @@ pub(super) struct PlantSumOfSquares<'a, const B: usize> {
     pub(super) workspace: &'a mut Workspace,
     pub(super) imperfections: &'a mut Imperfections,
     /// Normal equations of the record that was assembled last.
-    pub(super) record: &'a mut Normal<OF_RECORD>,
+    pub(super) record: &'a mut Normal<WIDE_OF_RECORD>,
     /// Normal equations of the unknowns apart from the records.
     pub(super) others: &'a mut ParameterNormal,
     /// Relative error of the model that the weights allow for.
@@ -209,7 +149,11 @@ impl<const B: usize> PlantSumOfSquares<'_, B> {
 }
 
 /// Eliminates the seam, at which the normal equations of a record were taken.
-pub(super) fn eliminate_seam(problem: &Problem<'_>, seam: &Seam, record: &mut Normal<OF_RECORD>) {
+pub(super) fn eliminate_seam(
+    problem: &Problem<'_>,
+    seam: &Seam,
+    record: &mut Normal<WIDE_OF_RECORD>,
+) {
     let unknowns = problem.seam_unknowns();
     let standing = seam.to_solution(problem.chain.joints().len());
     record.prefer_small(&standing[..unknowns], seam.cost);
@@ -311,6 +255,6 @@ impl Imperfections {
 
 /// [`Assembly::run`], compiled once: not again for each number of bins, in each crate.
 #[inline(never)]
-fn run(assembly: Assembly<'_, &Imperfections, WIDE, OF_RECORD>) -> Residuals {
+fn run(assembly: Assembly<'_, &Imperfections, WIDE, WIDE_OF_RECORD>) -> Residuals {
     assembly.run()
 }

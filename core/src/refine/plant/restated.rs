@@ -19,9 +19,10 @@
 //! is contradicted, and 1 of all others. The fit is made again, until τ stays.
 
 use super::Plant;
+use super::factors::Restated;
 use crate::chi_square::rarely_exceeded;
 use crate::imperfection::{self, Imperfection, KINDS};
-use crate::refine::Problem;
+use crate::refine::problem::Problem;
 
 /// How often explanations are adopted. Chosen: of errors ten times their accuracy, the first adoption changes τ by a tenth, the next ones
 /// by less.
@@ -32,29 +33,6 @@ const SAME: f64 = 1.2;
 /// τ beyond which a plant is not plausible, however well it explains the records. Chosen: errors of thirty times their accuracy are
 /// explained rightly (tests/README, one error at a time); a parameter fixed at a wrong value is explained by accuracies far beyond.
 const FARTHEST: f64 = 50.0;
-
-/// Factor τ of each kind.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Restated {
-    factors: [f64; KINDS],
-    /// γ of each kind.
-    determined: [f64; KINDS],
-    is_done: bool,
-    adoptions: u32,
-}
-
-impl Default for Restated {
-    fn default() -> Self {
-        Self { factors: [1.0; KINDS], determined: [1.0; KINDS], is_done: false, adoptions: 0 }
-    }
-}
-
-impl Restated {
-    /// τ of the kind of an imperfection.
-    pub(super) fn factor(&self, imperfection: Imperfection) -> f64 {
-        self.factors[imperfection.kind()]
-    }
-}
 
 impl Plant {
     /// Restates the accuracies that the imperfections contradict where the fit has ended, which goes on from there. Returns whether there

@@ -18,8 +18,7 @@ use nalgebra::Vector6;
 
 use super::super::Problem;
 use super::super::model::Model;
-use super::change::Change;
-use super::columns::STEP;
+use super::change::{Change, STEP};
 use super::imperfect::Imperfect;
 use crate::chain::linearise::{LinearChain, LinearisationError};
 use crate::imperfection::MAX_IMPERFECTIONS;

@@ -10,6 +10,7 @@ use proptest::test_runner::RngSeed;
 use super::super::batch::Batch;
 use super::super::further::Further as _;
 use super::super::model::Model;
+use super::super::modelled;
 use super::super::objective::{Domain as _, Objective as _};
 use super::super::record::Workspace;
 use super::super::retired::RetiredInformation;
@@ -18,6 +19,7 @@ use super::super::tests::{BINS, SAMPLES, bounds, bushings, chain, problem, recor
 use super::super::{Outcome, Problem, Refinement};
 use super::objective::PlantSumOfSquares;
 use super::*;
+use crate::imperfection::Correction;
 use crate::linear::gram::WIDEST;
 use crate::mounting::Mounting;
 use crate::receptance::{Complex, PerDof, Response, receptance};
@@ -141,7 +143,7 @@ fn what_is_positive_has_an_end() {
     let all = plant.imperfections.all.clone();
     plant.point.coordinates = sought.coordinates(&bushings());
     plant.point.imperfections[..all.len()].fill(0.3);
-    let room = objective::PlantDomain::new(&problem, &all).room(&plant.point);
+    let room = domain::PlantDomain::new(&problem, &all).room(&plant.point);
     for ((imperfection, _), [least, most]) in all.iter().zip(room) {
         use Imperfection::{Ground, GroundDamping, HighPass, Hose, HoseDamping};
         let has_end =
@@ -354,7 +356,7 @@ fn the_jackknife_agrees_with_the_noise() {
             let mut experiment = experiment.unwrap();
             experiment.pose = pose.into_iter().collect();
             let model =
-                Model::perfect(&problem, &sought.coordinates(&bushings()), Site::tcp(&pose))
+                modelled::perfect(&problem, &sought.coordinates(&bushings()), Site::tcp(&pose))
                     .unwrap();
             noisy(experiment, &model, &mut random)
         });
@@ -401,8 +403,8 @@ fn scatter_of_copies<const N: usize>(accuracies: Accuracies) -> [f64; 24] {
         let mut random = Xoshiro256PlusPlus::seed_from_u64(5);
         let record = record(&mut random);
         let one = Experiment::<BINS>::new(&chain, &measurement, &record, &mut [0.0; SAMPLES]);
-        let model =
-            Model::perfect(&problem, &sought.coordinates(&bushings()), Site::tcp(&POSE)).unwrap();
+        let model = modelled::perfect(&problem, &sought.coordinates(&bushings()), Site::tcp(&POSE))
+            .unwrap();
         let one = noisy(one.unwrap(), &model, &mut random);
         let experiments: [_; N] = core::array::from_fn(|_| one.clone());
         let mut plant = Box::new(Plant::new(&accuracies, &chain));
