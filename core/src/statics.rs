@@ -193,20 +193,24 @@ impl Deflection {
         wrench: &[f64; 6],
         gauge: &Gauge,
     ) -> Result<Self, LinearisationError> {
-        let terms = Terms::static_test(chain, bushings, wrench, gauge)?;
+        Ok(Self::of(&Terms::static_test(chain, bushings, wrench, gauge)?))
+    }
+
+    /// Displacement of a static test with these [terms](Terms::static_test).
+    pub(crate) fn of(terms: &Terms<f64>) -> Self {
         let rest = Complex::zero(0.0);
         let full = Complex::new(1.0, 0.0);
         let mut response = Response::new(0.0);
-        response.evaluate(&terms, rest, &[full, rest, rest], None);
+        response.evaluate(terms, rest, &[full, rest, rest], None);
         let mut gradient = [[[0.0; DOF]; MAX_JOINTS]; 3];
-        for joint in 0..bushings.len() {
+        for joint in 0..terms.joints.len() {
             for dof in 0..DOF {
-                let derivatives = response.derivatives(&terms, joint, dof);
+                let derivatives = response.derivatives(terms, joint, dof);
                 for (axis, [stiffness, _]) in derivatives.into_iter().enumerate() {
                     gradient[axis][joint][dof] = stiffness.re;
                 }
             }
         }
-        Ok(Self { displacement: response.observed.map(|displacement| displacement.re), gradient })
+        Self { displacement: response.observed.map(|displacement| displacement.re), gradient }
     }
 }

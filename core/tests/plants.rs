@@ -24,7 +24,17 @@ pub(crate) fn experiments(
     conditions: &Conditions,
     spoil: impl Fn(&mut Record<SAMPLES>),
 ) -> Vec<Experiment<BINS>> {
-    let mut random = Random::new(72);
+    experiments_drawn(72, truth, conditions, spoil)
+}
+
+/// Those whose cut and noise are drawn from `seed`.
+fn experiments_drawn(
+    seed: u64,
+    truth: &Bushings,
+    conditions: &Conditions,
+    spoil: impl Fn(&mut Record<SAMPLES>),
+) -> Vec<Experiment<BINS>> {
+    let mut random = Random::new(seed);
     let mut buffer = [0.0; SAMPLES];
     let one = |(pose, rpm, feed): &([f64; 3], [f64; 2], usize)| {
         let force = cut(&mut random, *rpm, *feed);
@@ -36,9 +46,9 @@ pub(crate) fn experiments(
 }
 
 /// Those of a robot whose acceleration is 0.1 ms late and 3 % too large along y.
-fn late_and_too_large(truth: &Bushings) -> Vec<Experiment<BINS>> {
+fn late_and_too_large(truth: &Bushings, seed: u64) -> Vec<Experiment<BINS>> {
     let conditions = Conditions { late: STEPS / 5, ..Conditions::default() };
-    experiments(truth, &conditions, |record| {
+    experiments_drawn(seed, truth, &conditions, |record| {
         record.acceleration[1].iter_mut().for_each(|value| *value *= GAIN as f32);
         record.acceleration_noise[1] *= GAIN as f32;
     })
@@ -78,7 +88,7 @@ fn assert_right(found: &PlantEstimate, truth: &Bushings, step: usize) {
 fn an_identifier_goes_on_from_any_step() {
     let test = || {
         let truth = Random::new(71).bushings(3);
-        let experiments = late_and_too_large(&truth);
+        let experiments = late_and_too_large(&truth, 72);
         let mut plant = Box::new(Plant::new(&Accuracies::typical(), &mill3()));
         let mut identifier = identifier(parameters(3));
         identifier.renew(&experiments);
@@ -109,6 +119,50 @@ fn an_identifier_goes_on_from_any_step() {
             adopted.imperfections.iter().find(|one| one.imperfection == Imperfection::Delay);
         assert!((delay.unwrap().value - largest.value).abs() < 0.1 * largest.deviation);
         assert!(*times > 3.0 && *times < 10.0, "{times}");
+    };
+    thread::Builder::new().stack_size(STACK).spawn(test).unwrap().join().unwrap();
+}
+
+/// Nine records, of which six are kept: as good as all nine.
+#[test]
+fn records_that_retire_on_a_plant_lose_nothing() {
+    let test = || {
+        let truth = Random::new(81).bushings(3);
+        let rounds = [72, 73, 74].map(|seed| late_and_too_large(&truth, seed));
+        let all: Vec<_> = rounds.iter().flatten().cloned().collect();
+        let accuracies = Accuracies::typical();
+        let mut plant = Box::new(Plant::new(&accuracies, &mill3()));
+        let mut whole = identifier(parameters(3));
+        whole.renew(&all);
+        let whole = finish(&mut whole, &all, &mut plant);
+
+        let mut plant = Box::new(Plant::new(&accuracies, &mill3()));
+        let mut folding = identifier(parameters(3));
+        let (first, others) = all.split_at(6);
+        let mut kept = first.to_vec();
+        folding.renew(&kept);
+        let mut folded = finish(&mut folding, &kept, &mut plant);
+        for experiment in others {
+            assert!(folding.retire_on_plant(&kept, 0, &mut plant, &folded));
+            kept.remove(0);
+            kept.push(experiment.clone());
+            folding.renew(&kept);
+            folded = finish(&mut folding, &kept, &mut plant);
+        }
+        assert_eq!((folded.estimate.retired, folded.estimate.forgotten), (3, 0));
+        assert_eq!(plant.retired(), 3);
+        let [own, other] = [&whole, &folded].map(|one| relative(&one.estimate));
+        let apart = scores(&folded.estimate.bushings, &whole.estimate.bushings, &own);
+        let all = apart.iter().zip(own.iter().zip(&other));
+        let determined: Vec<_> = all.filter(|(_, (own, _))| **own < 0.1).collect();
+        assert!(determined.len() > 30, "{own:?}");
+        for &(apart, (own, other)) in &determined {
+            // The ground and the first joint share a compliance that the data hardly divide.
+            assert!(apart.abs() < 0.6, "{apart} {own} {other}");
+            assert!((0.95..1.1).contains(&(other / own)), "{own} {other}");
+        }
+        let square: f64 = determined.iter().map(|(apart, _)| *apart * *apart).sum();
+        assert!(square < 0.09 * determined.len() as f64, "{square}");
     };
     thread::Builder::new().stack_size(STACK).spawn(test).unwrap().join().unwrap();
 }

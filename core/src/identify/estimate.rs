@@ -5,7 +5,7 @@ use heapless::Vec;
 use super::FoundBy;
 use super::minimum::{Minimum, Rival, structure_is_beyond_noise};
 use crate::parameters::Bushings;
-use crate::refine::{Agreement, Problem, Refinement, Structure, lies_on_bound};
+use crate::refine::{Agreement, Plant, Problem, Refinement, Structure, lies_on_bound};
 use crate::search::MAX_EXPERIMENTS;
 use crate::sought::{Coordinate, Coordinates, MAX_NUISANCES, MAX_UNKNOWNS, Nuisance};
 use crate::statics::{LeftOut, MAX_STATIC_TESTS};
@@ -96,7 +96,8 @@ impl Estimate {
         structure_is_beyond_noise(&self.structure)
     }
 
-    /// Returns the estimate of a minimum, where `refinement` stands and has been [fitted](Refinement::fit) to so many `experiments`. The
+    /// Returns the estimate of a minimum, where `refinement` stands and has been [fitted](Refinement::fit) to so many `experiments`, with the
+    /// imperfections of `plant`. The
     /// prediction of the experiments held out is the caller's.
     pub(super) fn of(
         minimum: &Minimum,
@@ -105,6 +106,7 @@ impl Estimate {
         refinement: &Refinement,
         problem: &Problem<'_>,
         experiments: usize,
+        plant: Option<&Plant>,
     ) -> Self {
         // Static tests determine dampings in no pose.
         let moves = experiments > 0 || refinement.retired() > 0;
@@ -123,7 +125,7 @@ impl Estimate {
             degrees_of_freedom: fit.degrees_of_freedom,
             static_consistency: (fit.static_residuals > 0)
                 .then(|| fit.static_sum_of_squares / fit.static_residuals as f64),
-            static_tests: refinement.static_tests_left_out(problem, fit, moves),
+            static_tests: refinement.static_tests_left_out(problem, fit, moves, plant),
             acceptance,
             found_by: minimum.found_by,
             structure: fit.structure,

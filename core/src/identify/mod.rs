@@ -320,6 +320,26 @@ impl<R: Rng> Identifier<R> {
         refinement.retire(&problem, experiment).is_ok()
     }
 
+    /// As [`Identifier::retire`], on a plant: adds the information of record number `record` of the `experiments` on which `estimate`, that of
+    /// `plant`, rests, if it is consistent.
+    pub fn retire_on_plant<const B: usize>(
+        &mut self,
+        experiments: &[Experiment<B>],
+        record: usize,
+        plant: &mut Plant,
+        estimate: &PlantEstimate,
+    ) -> bool {
+        let PlantEstimate { estimate, .. } = estimate;
+        let stands_there = plant.coordinates() == estimate.coordinates;
+        let is_believed = estimate.acceptance == Acceptance::Consistent;
+        if self.phase != Phase::Settled || !stands_there || !is_believed {
+            return false;
+        }
+        let Self { chain, measurement, bounds, sought, statics, refinement, .. } = self;
+        let problem = Problem { chain, measurement, bounds, sought, statics, level: self.level };
+        refinement.retire_on_plant(&problem, &experiments[record], record, plant).is_ok()
+    }
+
     /// Does one sample of the search or one step of the refinement, with the experiments of the last [`Identifier::renew`].
     pub fn step<const B: usize>(&mut self, experiments: &[Experiment<B>]) -> Phase {
         self.advance(experiments, None)
@@ -345,6 +365,9 @@ impl<R: Rng> Identifier<R> {
         experiments: &[Experiment<B>],
         mut plant: Option<&mut Plant>,
     ) -> Phase {
+        if let Some(plant) = &plant {
+            self.refinement.follow_retired(plant);
+        }
         match self.phase {
             Phase::Waiting | Phase::Settled => {}
             Phase::Searching => {

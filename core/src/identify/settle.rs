@@ -69,7 +69,7 @@ impl<R> Identifier<R> {
         minimum.of_plant = None;
         let count = experiments.len();
         let mut estimate =
-            Estimate::of(minimum, acceptance, forgotten, refinement, &problem, count);
+            Estimate::of(minimum, acceptance, forgotten, refinement, &problem, count, None);
         if count > 1 {
             let held_out = experiments.iter().take(MAX_EXPERIMENTS);
             estimate.held_out = held_out

@@ -200,6 +200,34 @@ impl Imperfection {
         )
     }
 
+    /// The sign with which its value is the exponent of what a force, as read, moves in proportion to; 0 where it is no logarithm. Compliances, inverse
+    /// masses and gains that are larger by one factor leave the readings what they are.
+    pub(crate) fn exponent(self) -> f64 {
+        match self {
+            Self::Gain(Sensor::Force, _) => 1.0,
+            Self::Gain(Sensor::Accelerometer, _) | Self::Mass(_) | Self::BaseMass => -1.0,
+            _ => 0.0,
+        }
+    }
+
+    /// Returns whether it changes how far the robot gives way to a load that rests. Inertias and dampings do not, nor does a drive that is stiffer
+    /// at high frequencies.
+    pub(crate) fn shows_at_rest(self) -> bool {
+        matches!(
+            self,
+            Self::ToolTurn(_)
+                | Self::ToolCentrePoint(_)
+                | Self::Mass(_)
+                | Self::CentreOfMass(..)
+                | Self::JointAngle(_)
+                | Self::ElasticCentre(..)
+                | Self::Hysteresis
+                | Self::Load
+                | Self::Ground(_)
+                | Self::Hose
+        )
+    }
+
     /// Returns whether it changes how the robot moves, and not only what its sensors read or a single record.
     pub fn is_of_robot(self) -> bool {
         match self {
@@ -362,6 +390,11 @@ impl Imperfection {
             Self::Dispersion => 30,
             Self::RollOff => 31,
         }
+    }
+
+    /// Returns whether it is one of record number `record` alone.
+    pub(crate) fn is_of_record(self, record: usize) -> bool {
+        matches!(self, Self::RecordDelay(own) | Self::RecordStiffness(own) if own == record)
     }
 
     /// Returns whether it is one of all stiffnesses in a record other than number `record`.

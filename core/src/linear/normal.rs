@@ -5,6 +5,7 @@
 //! then holds the sum of squares that remains.
 
 use fearless_simd::Level;
+use heapless::Vec;
 
 use super::gram;
 use super::packed::packed;
@@ -33,6 +34,9 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
     }
     sums.iter().sum::<f64>() + rest
 }
+
+/// Derivatives of an unknown by others: the number of each, and the derivative.
+pub(crate) type Derivatives = Vec<(usize, f64), 2>;
 
 /// Normal equations: a symmetric matrix, lower triangle packed by rows. `L` is `packed(most unknowns + 1)`.
 #[derive(Clone, Debug)]
@@ -132,6 +136,38 @@ impl<const L: usize> Normal<L> {
         f64::dispatch(level, Elimination { size: *size, entries, count });
     }
 
+    /// Eliminates unknown `k` alone: its row and column are zero then. Valid before an elimination.
+    pub(crate) fn eliminate_one(&mut self, k: usize) {
+        let at = |i: usize| if i > k { packed(i) + k } else { packed(k) + i };
+        let pivot = self.entries[at(k)];
+        for i in (0..self.size).filter(|i| *i != k && pivot > 0.0) {
+            let factor = self.entries[at(i)] / pivot;
+            for j in (0..=i).filter(|j| *j != k) {
+                self.entries[packed(i) + j] -= factor * self.entries[at(j)];
+            }
+        }
+        for i in 0..self.size {
+            self.entries[at(i)] = 0.0;
+        }
+    }
+
+    /// Lets unknown `k` differ by an error of this variance from what the others know it as. Valid before an elimination.
+    pub(crate) fn loosen(&mut self, k: usize, variance: f64) {
+        let at = |i: usize| if i > k { packed(i) + k } else { packed(k) + i };
+        let own = self.entries[at(k)];
+        let pivot = own + 1.0 / variance;
+        for i in (0..self.size).filter(|i| *i != k) {
+            let factor = self.entries[at(i)] / pivot;
+            for j in (0..=i).filter(|j| *j != k) {
+                self.entries[packed(i) + j] -= factor * self.entries[at(j)];
+            }
+        }
+        // Those of k, which the others have needed.
+        for i in 0..self.size {
+            self.entries[at(i)] *= 1.0 - own / pivot;
+        }
+    }
+
     /// Values of the first `count` unknowns after [`Normal::eliminate`] of these, with the later unknowns at zero.
     pub(crate) fn substitute(&self, count: usize, solution: &mut [f64]) {
         self.substitute_at(count, &[], solution);
@@ -174,6 +210,35 @@ impl<const L: usize> Normal<L> {
                 *target += sign * value;
             }
         }
+    }
+
+    /// Adds other equations, whose origin is moved to `step`, in other unknowns: `Jᵀ N J`, with the rows of J that `derivatives` gives. Valid before
+    /// an elimination.
+    pub(crate) fn add_mapped<const M: usize>(
+        &mut self,
+        other: &Normal<M>,
+        step: &[f64],
+        derivatives: &[Derivatives],
+    ) {
+        let right = self.unknowns();
+        for (i, of_row) in derivatives.iter().enumerate() {
+            for &(row, by_row) in of_row {
+                for (j, (of_column, value)) in derivatives.iter().zip(other.row(i)).enumerate() {
+                    for &(column, by_column) in of_column {
+                        // Of two entries that are each other's image one is kept.
+                        let times = match (i == j, row == column) {
+                            (true, _) if row < column => continue,
+                            (false, true) => 2.0,
+                            _ => 1.0,
+                        };
+                        let entry = self.entry(row.max(column), row.min(column));
+                        *entry += times * by_row * by_column * value;
+                    }
+                }
+                *self.entry(right, row) += by_row * other.slope(i, step);
+            }
+        }
+        *self.entry(right, right) += other.sum_of_squares() - other.gain(step);
     }
 
     /// Becomes what these equations leave of others of the same unknowns. Valid before an elimination.
@@ -372,6 +437,89 @@ mod tests {
                 prop_assert!((ours - expected).abs() < 1e-6 * (1.0 + expected.abs()));
             }
             prop_assert!((rest.sum_of_squares() - residual).abs() < 1e-8);
+        }
+
+        /// Equations in other unknowns are those of the rows in other unknowns, about another origin.
+        #[test]
+        fn equations_are_mapped_as_their_rows_are(
+            values in proptest::collection::vec(-1.0_f64..1.0, 6 * 4), step in prop::array::uniform3(-1.0_f64..1.0), by in prop::array::uniform4(-2.0_f64..2.0),
+        ) {
+            // x₀ = a y₂, x₁ = b y₀ + c y₂, and x₂ = d y₁.
+            let [a, b, c, d] = by;
+            let jacobian: [Derivatives; 3] =
+                [[(2, a)].into_iter().collect(), [(0, b), (2, c)].into_iter().collect(), [(1, d)].into_iter().collect()];
+            let rows: [[f64; 4]; 6] = core::array::from_fn(|r| core::array::from_fn(|c| values[4 * r + c]));
+            let mut own = Normal::<{ packed(4) }>::new();
+            own.reset(3);
+            own.add(&rows);
+            let mapped = rows.map(|row| {
+                let mut mapped = [0.0; 4];
+                for (own, derivatives) in row.iter().zip(&jacobian) {
+                    derivatives.iter().for_each(|(other, by)| mapped[*other] += own * by);
+                }
+                mapped[3] = row[3] - row.iter().zip(&step).map(|(own, step)| own * step).sum::<f64>();
+                mapped
+            });
+            let [mut expected, mut found] = [(); 2].map(|()| Normal::<{ packed(4) }>::new());
+            expected.reset(3);
+            expected.add(&mapped);
+            found.reset(3);
+            found.add_mapped(&own, &step, &jacobian);
+            for (found, expected) in found.entries().iter().zip(expected.entries()) {
+                prop_assert!((found - expected).abs() < 1e-12 * (1.0 + expected.abs()) + 1e-12, "{} {}", found, expected);
+            }
+        }
+
+        /// The covariance of an unknown that may differ is larger by the variance of the difference, and the minimum stays where it was.
+        #[test]
+        fn a_loosened_unknown_has_a_larger_variance(values in proptest::collection::vec(-1.0_f64..1.0, 6 * 4), k in 0..3_usize, variance in 0.01..3.0_f64) {
+            let rows: [[f64; 4]; 6] = core::array::from_fn(|r| core::array::from_fn(|c| values[4 * r + c]));
+            let mut normal = Normal::<{ packed(4) }>::new();
+            normal.reset(3);
+            normal.add(&rows);
+            let dense = |normal: &Normal<{ packed(4) }>| DMatrix::from_fn(3, 3, |i, j| normal.row(i.max(j))[i.min(j)]);
+            let right = |normal: &Normal<{ packed(4) }>| DVector::from_column_slice(&normal.right()[..3]);
+            let Some(mut expected) = dense(&normal).try_inverse() else { return Ok(()) };
+            prop_assume!(expected.norm() < 1e6);
+            let minimum = &expected * right(&normal);
+            expected[(k, k)] += variance;
+            let least = normal.sum_of_squares() - normal.gain(minimum.as_slice());
+            normal.loosen(k, variance);
+            let Some(found) = dense(&normal).try_inverse() else { return Ok(()) };
+            prop_assert!((found - &expected).norm() < 1e-6 * expected.norm());
+            let moved = &expected * right(&normal);
+            prop_assert!((moved - &minimum).norm() < 1e-6 * (1.0 + minimum.norm()));
+            let left = normal.sum_of_squares() - normal.gain(minimum.as_slice());
+            prop_assert!((left - least).abs() < 1e-6 * (1.0 + least.abs()));
+        }
+
+        /// An unknown that is eliminated by itself leaves the others what it leaves them as the first of all.
+        #[test]
+        fn an_unknown_in_the_midst_is_eliminated_as_the_first(values in proptest::collection::vec(-1.0_f64..1.0, 6 * 5), k in 0..4_usize) {
+            const UNKNOWNS: usize = 4;
+            const LENGTH: usize = packed(UNKNOWNS + 1);
+            let rows: [[f64; UNKNOWNS + 1]; 6] = core::array::from_fn(|r| core::array::from_fn(|c| values[5 * r + c]));
+            let others: std::vec::Vec<usize> = (0..=UNKNOWNS).filter(|i| *i != k).collect();
+            let mut normal = Normal::<LENGTH>::new();
+            normal.reset(UNKNOWNS);
+            normal.add(&rows);
+            normal.eliminate_one(k);
+            let moved = rows.map(|row| {
+                let mut moved = [row[k]; UNKNOWNS + 1];
+                moved.iter_mut().skip(1).zip(&others).for_each(|(target, i)| *target = row[*i]);
+                moved
+            });
+            let mut first = Normal::<LENGTH>::new();
+            first.reset(UNKNOWNS);
+            first.add(&moved);
+            first.eliminate(1);
+            for (i, own) in others.iter().enumerate() {
+                for (j, other) in others[..=i].iter().enumerate() {
+                    let [found, expected] = [normal.row(*own)[*other], first.row(1 + i)[1 + j]];
+                    prop_assert!((found - expected).abs() < 1e-9 * (1.0 + expected.abs()), "{} {}", found, expected);
+                }
+            }
+            prop_assert!(normal.row(k).iter().all(|own| *own == 0.0));
         }
 
         /// The least value is that of a least-squares solution by SVD for the unknowns that are free.

@@ -17,6 +17,8 @@ use super::lanes::{Lanes, Scalar};
 
 /// ω_s, rad/s: 10 Hz, the bandwidth of the position loop of an industrial drive (assumed).
 const SERVO: f64 = TAU * 10.0;
+/// Frequency of a load that rests on the robot for some seconds, rad/s: 0.1 Hz (assumed).
+const REST: f64 = TAU * 0.1;
 /// Number of lanes of the widest vector.
 const WIDEST: usize = 16;
 
@@ -27,6 +29,18 @@ pub(crate) struct Hysteresis<T> {
     pub(crate) part: T,
     /// ω_r, rad/s.
     pub(crate) reference: T,
+}
+
+impl Hysteresis<f64> {
+    /// Stiffness at rest less that at ω_r, per damping, 1/s: `h Re χ`.
+    pub(crate) fn at_rest(&self) -> f64 {
+        let rest = Complex { re: 0.0, im: REST };
+        if self.part == 0.0 {
+            0.0
+        } else {
+            self.part * per_hysteretic_part(rest, self.reference).re
+        }
+    }
 }
 
 /// σ and ψ at one complex frequency per lane.

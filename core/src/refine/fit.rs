@@ -4,6 +4,7 @@ use core::f64::consts::TAU;
 
 use super::Refinement;
 use super::objective::Domain as _;
+use super::plant::imperfect::NO_RECORD;
 use super::problem::Problem;
 use super::proposal::propose;
 use super::residuals::Agreement;
@@ -13,13 +14,11 @@ use super::structure::Structure;
 use super::sum_of_squares::SumOfSquares;
 use super::summary::Summary;
 use crate::chain::linearise::LinearisationError;
+use crate::linear::normal::Normal;
 use crate::parameters::{Bounds, End, MAX_PARAMETERS};
-use crate::sought::{MAX_UNKNOWNS, Sought};
+use crate::sought::{Coordinates, MAX_UNKNOWNS, Sought};
 use crate::spectrum::Experiment;
 use crate::verdict::Covariance;
-
-/// Number of a record that no correction knows.
-const UNSEEN: usize = usize::MAX;
 
 /// How well the parameters explain the records.
 #[derive(Clone, Debug, PartialEq)]
@@ -51,6 +50,19 @@ pub struct Fit {
     /// themselves: χ² of as many degrees of freedom as there are determined unknowns, if the robot has not changed; 0 without
     /// retired ones.
     pub contradiction: f64,
+}
+
+/// Sums at a point where the normal equations have been assembled.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Assembled {
+    /// Of the residuals of the records.
+    pub(super) summary: Summary,
+    /// Sum of squares of the static tests.
+    pub(super) of_statics: f64,
+    /// Sum of squares of the retired records.
+    pub(super) of_retired: f64,
+    /// See [`Fit::contradiction`].
+    pub(super) contradiction: f64,
 }
 
 impl Fit {
@@ -104,7 +116,17 @@ impl Refinement {
         }
         let mut records = SumOfSquares::new(problem, experiments, retired, workspace, 1);
         let assembled = minimiser.linearise(&mut records, coordinates);
-        let assembled = assembled.map(|()| self.workspace.summary.clone());
+        let assembled = assembled.map(|()| {
+            let Self { coordinates, minimiser, workspace, retired, .. } = &*self;
+            let sought = problem.sought;
+            let correction = workspace.correction.values().iter().copied();
+            Assembled {
+                summary: workspace.summary.clone(),
+                of_statics: Statics::at(problem, coordinates, correction).sum_of_squares(),
+                of_retired: retired.sum_at(sought, coordinates),
+                contradiction: retired.contradiction(&minimiser.normal, sought, coordinates),
+            }
+        });
         self.fit_of(problem, experiments, assembled)
     }
 
@@ -113,19 +135,19 @@ impl Refinement {
         &mut self,
         problem: &Problem<'_>,
         experiments: &[Experiment<B>],
-        assembled: Result<Summary, LinearisationError>,
+        assembled: Result<Assembled, LinearisationError>,
     ) -> Fit {
-        let static_sum_of_squares = Statics::at(problem, &self.coordinates).sum_of_squares();
         let Self { minimiser, .. } = self;
         let normal = &mut minimiser.normal;
         minimiser.linearised = assembled.is_ok();
-        let (summary, objective) = match assembled {
-            Ok(summary) => (summary, normal.sum_of_squares()),
+        let (assembled, objective) = match assembled {
+            Ok(assembled) => (assembled, normal.sum_of_squares()),
             Err(_) => {
                 normal.reset(problem.sought.unknowns());
-                (Summary::default(), f64::INFINITY)
+                (Assembled::default(), f64::INFINITY)
             }
         };
+        let Assembled { summary, of_statics, of_retired, contradiction } = assembled;
         let covariance = Covariance::of(normal);
         let static_residuals = problem.statics.iter().map(|test| test.readings().count()).sum();
         let residuals = experiments.iter().map(|e| e.residuals(1)).sum::<usize>();
@@ -135,11 +157,10 @@ impl Refinement {
         let seams = experiments.iter().map(|e| problem.seam_unknowns_of(e)).sum::<usize>();
         // The retired records have determined the unknowns before.
         let determined = if self.retired.records() > 0 { 0 } else { self.determined(problem) };
-        let values = problem.sought.values(&self.coordinates);
         Fit {
-            sum_of_squares: objective - self.retired.sum_of_squares(&values),
+            sum_of_squares: objective - of_retired,
             objective,
-            static_sum_of_squares,
+            static_sum_of_squares: of_statics,
             static_residuals,
             degrees_of_freedom: residuals.saturating_sub(seams + determined) as f64,
             deviations: deviations(problem.sought, &covariance),
@@ -151,7 +172,7 @@ impl Refinement {
             covariance,
             structure: summary.structures.structure(),
             ssp: summary.similarities.median_and_largest(),
-            contradiction: self.retired.contradiction(&self.minimiser.normal, &values),
+            contradiction,
         }
     }
 
@@ -164,15 +185,9 @@ impl Refinement {
     }
 
     /// The normal equations of the last assembly, without the unknowns that lie on a bound.
-    pub(super) fn free(&self, problem: &Problem<'_>) -> ParameterNormal {
-        let unknowns = problem.sought.unknowns();
-        let ranges = problem.sought.ranges(&self.coordinates, problem.bounds);
+    fn free(&self, problem: &Problem<'_>) -> ParameterNormal {
         let mut free = self.minimiser.normal.clone();
-        for unknown in (0..unknowns).filter(|&unknown| lies_on_bound(&ranges[unknown])) {
-            for other in 0..unknowns {
-                *free.entry(unknown.max(other), unknown.min(other)) = 0.0;
-            }
-        }
+        leave_out_bounds(problem, &self.coordinates, &mut free);
         free
     }
 
@@ -195,8 +210,24 @@ impl Refinement {
         let (step, _) = propose(problem.level, &others, &problem.room(coordinates), 0.0);
         let without = problem.advance(coordinates, &step);
         // What a correction has of this record alone, the others do not know.
-        let predicted = workspace.assemble_fitted(problem, &without, UNSEEN, experiment);
+        let predicted = workspace.assemble_fitted(problem, &without, NO_RECORD, experiment);
         predicted.map_or_else(|_| Agreement::default(), |it| it.agreement())
+    }
+}
+
+/// Leaves out the unknowns that lie on a bound, the last of these normal equations.
+pub(super) fn leave_out_bounds<const L: usize>(
+    problem: &Problem<'_>,
+    coordinates: &Coordinates,
+    normal: &mut Normal<L>,
+) {
+    let (all, unknowns) = (normal.unknowns(), problem.sought.unknowns());
+    let ranges = problem.sought.ranges(coordinates, problem.bounds);
+    for unknown in (0..unknowns).filter(|&unknown| lies_on_bound(&ranges[unknown])) {
+        let own = all - unknowns + unknown;
+        for other in 0..all {
+            *normal.entry(own.max(other), own.min(other)) = 0.0;
+        }
     }
 }
 
@@ -249,7 +280,6 @@ mod tests {
 
     use super::*;
     use crate::calibration::Nuisances;
-    use crate::linear::normal::Normal;
 
     proptest! {
         /// That of a dense matrix, also where the data determine fewer combinations than there are unknowns.

@@ -55,7 +55,7 @@ impl Information {
     ) -> Result<Self, LinearisationError> {
         let mut information = Self::none(problem.sought.unknowns());
         let coordinates = problem.sought.coordinates(bushings);
-        Statics::at(problem, &coordinates).add_to(&mut information.normal)?;
+        Statics::at(problem, &coordinates, core::iter::empty()).add_to(&mut information.normal)?;
         Ok(information)
     }
 

@@ -17,11 +17,13 @@
 use heapless::Vec;
 use nalgebra::{Matrix3, Vector3};
 
+use super::fit::leave_out_bounds;
+use super::plant::Plant;
 use super::problem::Problem;
-use super::sizes::ParameterNormal;
+use super::sizes::ALL;
 use super::statics::Statics;
 use super::{Fit, Refinement};
-use crate::MAX_UNKNOWNS;
+use crate::linear::normal::Normal;
 use crate::statics::{LeftOut, MAX_STATIC_TESTS, RESOLVED, StaticTest};
 use crate::verdict::fisher_exceeds;
 
@@ -46,28 +48,30 @@ struct Block {
 }
 
 impl Refinement {
-    /// Residuals of each static test, of the last [`Refinement::fit`]; none if that has found no equilibrium. `has_records` says whether
-    /// the fit rests on more than static tests.
+    /// Residuals of each static test, of the last [`Refinement::fit`], or of the last fit to a plant; none if that has found no equilibrium.
+    /// `has_records` says whether the fit rests on more than static tests.
     pub(crate) fn static_tests_left_out(
         &self,
         problem: &Problem<'_>,
         fit: &Fit,
         has_records: bool,
+        plant: Option<&Plant>,
     ) -> Vec<LeftOut, MAX_STATIC_TESTS> {
         if problem.statics.is_empty() || !fit.objective.is_finite() {
             return Vec::new();
         }
-        let mut factor = self.free(problem);
-        let unknowns = factor.unknowns();
-        for unknown in 0..unknowns {
-            *factor.entry(unknown, unknown) *= 1.0 + UNDETERMINED;
-        }
-        factor.eliminate(unknowns);
-        let statics = Statics::at(problem, &self.coordinates);
-        let blocks = problem.statics.iter().map(|test| block(&statics, test, &factor));
-        let Some(blocks) = blocks.collect::<Option<Vec<Block, MAX_STATIC_TESTS>>>() else {
-            return Vec::new();
+        let blocks = match plant {
+            Some(plant) => {
+                let normal = plant.normal().clone();
+                self.blocks(problem, &plant.statics(problem), normal)
+            }
+            None => {
+                let correction = self.workspace.correction.values().iter().copied();
+                let statics = Statics::at(problem, &self.coordinates, correction);
+                self.blocks(problem, &statics, self.minimiser.normal.clone())
+            }
         };
+        let Some(blocks) = blocks else { return Vec::new() };
         // With a prior, which is no reading, fewer unknowns are taken off the readings.
         let freedom = match has_records {
             true => fit.degrees_of_freedom,
@@ -96,6 +100,26 @@ impl Refinement {
     }
 }
 
+impl Refinement {
+    /// Each test, by the normal equations of the fit. `None` where the robot has no equilibrium.
+    // The normal equations are large: inlined, they would take room on the stack of the caller.
+    #[inline(never)]
+    fn blocks<const L: usize>(
+        &self,
+        problem: &Problem<'_>,
+        statics: &Statics<'_>,
+        mut normal: Normal<L>,
+    ) -> Option<Vec<Block, MAX_STATIC_TESTS>> {
+        leave_out_bounds(problem, &self.coordinates, &mut normal);
+        let unknowns = normal.unknowns();
+        for unknown in 0..unknowns {
+            *normal.entry(unknown, unknown) *= 1.0 + UNDETERMINED;
+        }
+        normal.eliminate(unknowns);
+        problem.statics.iter().map(|test| block(statics, test, &normal)).collect()
+    }
+}
+
 /// Least scale of the other residuals that counts, as a mean square in the test's standard deviations: that of stated noise, or of what a
 /// gauge resolves. Exact displacements would make an outlier of rounding.
 fn least_scale(test: &StaticTest) -> f64 {
@@ -109,10 +133,14 @@ fn least_scale(test: &StaticTest) -> f64 {
 
 /// A test's residuals by the Cholesky factor L of the information: `H = Z Zᵀ`, where `L Z_iᵀ = A_iᵀ`. None where the robot has no
 /// equilibrium.
-fn block(statics: &Statics<'_>, test: &StaticTest, factor: &ParameterNormal) -> Option<Block> {
+fn block<const L: usize>(
+    statics: &Statics<'_>,
+    test: &StaticTest,
+    factor: &Normal<L>,
+) -> Option<Block> {
     let unknowns = factor.unknowns();
     let rows = statics.rows(test).ok()?;
-    let mut solved = [[0.0; MAX_UNKNOWNS]; 3];
+    let mut solved = [[0.0; ALL]; 3];
     for (row, solved) in rows.iter().zip(&mut solved) {
         for k in 0..unknowns {
             let own = &factor.row(k)[..=k];

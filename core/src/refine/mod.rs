@@ -7,7 +7,7 @@
 //! | `compliance`                                                   | the steps of the logarithms                             |
 //! | `levels`                                                       | errors of the model that a fit allows for at first      |
 //! | `problem`                                                      | the robot, the unknowns and their domain                |
-//! | `sum_of_squares`, `statics`, `retired`                         | the objective: records, static tests, priors, retired   |
+//! | `sum_of_squares`, `others`, `statics`, `retired`               | the objective: records, priors, static tests, retired   |
 //! | `record`, `model`, `seam`                                      | one record, its seam projected out                      |
 //! | `equations`, `batch`, `rows`, `whitening`, `residuals`         | the rows of its bins                                    |
 //! | `responses`                                                    | the same from the responses to unit loads               |
@@ -35,6 +35,7 @@ mod levenberg_marquardt;
 mod model;
 mod modelled;
 mod objective;
+mod others;
 mod plant;
 mod problem;
 pub(crate) mod proposal;
@@ -74,7 +75,7 @@ use levenberg_marquardt::{LevenbergMarquardt, Limits};
 use model::Model;
 pub use plant::{
     Explanation, FoundImperfection, MAX_EXPLANATIONS, MAX_RIVALS, Mechanics, Places, Plant,
-    PlantInformation,
+    PlantInformation, RetiredRecords,
 };
 pub use problem::Problem;
 use record::Workspace;
@@ -102,9 +103,11 @@ pub struct Refinement {
     every: usize,
     workspace: Workspace,
     /// Information of the retired records.
-    retired: RetiredInformation,
+    retired: RetiredInformation<PACKED>,
     /// Information of retired records, put aside while the kept records are fitted without it.
-    aside: Option<RetiredInformation>,
+    aside: Option<RetiredInformation<PACKED>>,
+    /// The information of the retired records is not that of a robot with the imperfections of the model.
+    is_behind_retired: bool,
 }
 
 impl Refinement {
@@ -117,6 +120,7 @@ impl Refinement {
             workspace: Workspace::new(),
             retired: RetiredInformation::none(sought.unknowns()),
             aside: None,
+            is_behind_retired: false,
         }
     }
 
@@ -259,7 +263,8 @@ impl Refinement {
         core::array::from_fn(|i| own[i] - other[i])
     }
 
-    /// Adds the information of a record that will not be kept to that of the retired ones, linearised at the present parameters.
+    /// Adds the information of a record that will not be kept to that of the retired ones, expanded where the first of them
+    /// has retired.
     ///
     /// # Errors
     ///
@@ -269,9 +274,11 @@ impl Refinement {
         problem: &Problem<'_>,
         experiment: &Experiment<B>,
     ) -> Result<(), LinearisationError> {
-        self.workspace.assemble_fitted(problem, &self.coordinates, 0, experiment)?;
-        let values = problem.sought.values(&self.coordinates);
-        self.retired.take(&self.workspace.record, problem.seam_unknowns(), &values);
+        let Self { workspace, retired, coordinates, .. } = self;
+        let expanded = retired.expanded_at(problem.sought, coordinates);
+        workspace.assemble_fitted(problem, &expanded, 0, experiment)?;
+        let seam = problem.seam_unknowns();
+        retired.take_record(&workspace.record, seam, problem.sought, &expanded);
         self.minimiser.linearised = false;
         Ok(())
     }
@@ -288,7 +295,7 @@ impl Refinement {
         coordinates: &Coordinates,
         retired: &Retired,
     ) -> Option<()> {
-        self.retired = RetiredInformation::of(retired, sought.unknowns())?;
+        self.retired = retired.information(sought.unknowns())?;
         self.aside = None;
         self.restart_at(coordinates);
         Some(())

@@ -46,6 +46,14 @@ impl Problem<'_> {
         self.seam_unknowns() - jumps * (3 - experiment.measured_axes())
     }
 
+    /// The chain with the masses that it is taken to have.
+    pub(crate) fn weighed(&self, calibration: &Calibration) -> Chain {
+        match self.sought.seeks_masses() {
+            true => self.chain.weighing(&calibration.mass),
+            false => self.chain.clone(),
+        }
+    }
+
     /// The chain at a pose, with the masses that it is taken to have.
     pub(crate) fn linearise(
         &self,

@@ -3,6 +3,7 @@
 use super::batch::Bins;
 use super::equations::Equations;
 use super::objective::Objective;
+use super::others::Others;
 use super::problem::Problem;
 use super::record::Workspace;
 use super::retired::RetiredInformation;
@@ -10,14 +11,14 @@ use super::sizes::{PACKED, ParameterNormal};
 use super::statics::Statics;
 use super::summary::Summary;
 use crate::chain::linearise::LinearisationError;
-use crate::sought::{Coordinates, Expected};
+use crate::sought::Coordinates;
 use crate::spectrum::Experiment;
 
 /// The sum of squares of a fit. The seams of the records are fitted at every point.
 pub(super) struct SumOfSquares<'a, const B: usize> {
     problem: &'a Problem<'a>,
     experiments: &'a [Experiment<B>],
-    retired: &'a RetiredInformation,
+    retired: &'a RetiredInformation<PACKED>,
     workspace: &'a mut Workspace,
     /// Distance of the bins that count.
     every: usize,
@@ -27,7 +28,8 @@ impl<const B: usize> Objective<Coordinates, PACKED> for SumOfSquares<'_, B> {
     type Error = LinearisationError;
 
     fn cost(&mut self, coordinates: &Coordinates) -> f64 {
-        self.fit_seams(coordinates) + other_than_records(self.problem, self.retired, coordinates)
+        let retired = self.retired.sum_at(self.problem.sought, coordinates);
+        self.fit_seams(coordinates) + (self.others(coordinates).sum_of_squares() + retired)
     }
 
     fn linearise(
@@ -35,7 +37,7 @@ impl<const B: usize> Objective<Coordinates, PACKED> for SumOfSquares<'_, B> {
         coordinates: &Coordinates,
         normal: &mut ParameterNormal,
     ) -> Result<(), LinearisationError> {
-        let Self { problem, experiments, retired, workspace, every } = self;
+        let Self { problem, experiments, workspace, every, .. } = self;
         normal.reset(problem.sought.unknowns());
         workspace.summary = Summary::default();
         for (index, experiment) in experiments.iter().enumerate() {
@@ -49,7 +51,10 @@ impl<const B: usize> Objective<Coordinates, PACKED> for SumOfSquares<'_, B> {
             workspace.summary.push(&residuals);
             normal.add_complement(&workspace.record, problem.seam_unknowns());
         }
-        add_other_than_records(problem, retired, coordinates, normal)
+        self.others(coordinates).add_to(normal)?;
+        let Self { problem, retired, .. } = self;
+        retired.add_at(normal, problem.sought, coordinates);
+        Ok(())
     }
 }
 
@@ -58,12 +63,18 @@ impl<'a, const B: usize> SumOfSquares<'a, B> {
     pub(super) fn new(
         problem: &'a Problem<'a>,
         experiments: &'a [Experiment<B>],
-        retired: &'a RetiredInformation,
+        retired: &'a RetiredInformation<PACKED>,
         workspace: &'a mut Workspace,
         every: usize,
     ) -> Self {
         workspace.seams.clear();
         Self { problem, experiments, retired, workspace, every }
+    }
+
+    /// Priors and static tests, of a robot with the imperfections of the model.
+    fn others(&self, coordinates: &Coordinates) -> Others<'a> {
+        let correction = self.workspace.correction.values().iter().copied();
+        Others::new(self.problem, coordinates, Statics::at(self.problem, coordinates, correction))
     }
 
     /// Finds the seams that fit best. Returns the sum of squares that remains, infinite where gravity leaves the robot no
@@ -82,36 +93,4 @@ impl<'a, const B: usize> SumOfSquares<'a, B> {
         }
         sum_of_squares
     }
-}
-
-/// Sum of squares of priors, static tests and retired records.
-pub(super) fn other_than_records(
-    problem: &Problem<'_>,
-    retired: &RetiredInformation,
-    coordinates: &Coordinates,
-) -> f64 {
-    let priors = problem.sought.priors(coordinates).map(|(_, value)| value * value);
-    let expected = problem.sought.expected(coordinates, problem.bounds);
-    priors.sum::<f64>()
-        + expected.map(|stiffness| stiffness.value * stiffness.value).sum::<f64>()
-        + Statics::at(problem, coordinates).sum_of_squares()
-        + retired.sum_of_squares(&problem.sought.values(coordinates))
-}
-
-/// Adds the normal equations of priors, static tests and retired records.
-pub(super) fn add_other_than_records(
-    problem: &Problem<'_>,
-    retired: &RetiredInformation,
-    coordinates: &Coordinates,
-    normal: &mut ParameterNormal,
-) -> Result<(), LinearisationError> {
-    for (unknown, value) in problem.sought.priors(coordinates) {
-        normal.add_prior(unknown, value);
-    }
-    for Expected { unknown, value, slope } in problem.sought.expected(coordinates, problem.bounds) {
-        normal.add_sparse(&[(unknown, slope)], value);
-    }
-    Statics::at(problem, coordinates).add_to(normal)?;
-    retired.add_to(normal, &problem.sought.values(coordinates));
-    Ok(())
 }

@@ -13,7 +13,7 @@ use crate::{DOF, MAX_JOINTS};
 
 /// Step of a difference, in standard deviations of the imperfection, or of the logarithm of a sag. Chosen: rounding changes a derivative by less
 /// than 1e-6 of it, and curvature by a thousandth of what it changes over a standard deviation.
-pub(super) const STEP: f64 = 1e-3;
+pub(in crate::refine) const STEP: f64 = 1e-3;
 
 /// Rows of a 3×3 matrix.
 pub(super) type Block = [[f64; 3]; 3];

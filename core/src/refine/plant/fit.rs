@@ -1,17 +1,21 @@
 //! The minimum over unknowns and imperfections.
 
+use super::super::Refinement;
+use super::super::fit::{Assembled, Fit};
 use super::super::levenberg_marquardt::{LevenbergMarquardt, Outcome, Remaining};
 use super::super::problem::Problem;
 use super::super::proposal::FLOOR;
 use super::super::sizes::ParameterNormal;
 use super::super::sizes::{ALL, OF_ALL};
 use super::super::stagnation::{OF_PLANT, Stagnation};
+use super::super::statics::Statics;
 use super::super::thinning::{self, residuals};
-use super::super::{Fit, Refinement};
 use super::Plant;
 use super::domain::{PlantDomain, Point};
 use super::factors::Restated;
 use super::objective::PlantSumOfSquares;
+use super::retired::RetiredOfPlant;
+use crate::chain::linearise::LinearisationError;
 use crate::imperfection::{self, Correction, MAX_IMPERFECTIONS};
 use crate::sought::{Coordinates, MAX_UNKNOWNS};
 use crate::spectrum::Experiment;
@@ -65,6 +69,7 @@ impl Refinement {
     pub(crate) fn set_correction(&mut self, correction: &Correction) {
         self.workspace.correction.clone_from(correction);
         self.minimiser.linearised = false;
+        self.is_behind_retired = true;
     }
 
     /// The domain of a fit, its sum of squares, its minimisation, and where it stands.
@@ -79,22 +84,36 @@ impl Refinement {
         &'a mut LevenbergMarquardt<OF_ALL>,
         &'a mut Point,
     ) {
-        let Plant { imperfections, minimiser, point, record, summary, .. } = plant;
+        let Plant { imperfections, minimiser, point, record, summary, retired, .. } = plant;
         self.minimiser.linearised = false;
         let domain = PlantDomain::new(problem, &imperfections.all);
         let objective = PlantSumOfSquares {
             problem,
             experiments,
-            retired: &self.retired,
+            retired: retired.as_ref(),
             workspace: &mut self.workspace,
             imperfections,
             record,
-            others: &mut self.minimiser.normal,
             relative_error: plant.relative_error,
             every: plant.every,
             summary,
         };
         (domain, objective, minimiser, point)
+    }
+
+    /// Assembles the normal equations of a record, of this number, where the plant stands, its seam eliminated.
+    pub(super) fn assemble_on_plant<const B: usize>(
+        &mut self,
+        problem: &Problem<'_>,
+        experiment: &Experiment<B>,
+        record: usize,
+        plant: &mut Plant,
+    ) -> Result<(), LinearisationError> {
+        let none: &[Experiment<B>] = &[];
+        let (_, mut objective, _, point) = self.minimisation(problem, none, plant);
+        // Those that are there may be of a trial step.
+        objective.workspace.seams.clear();
+        objective.assemble(point, record, experiment).map(|_| ())
     }
 
     /// Tries one step over unknowns and imperfections, by Levenberg and Marquardt's method. The refinement stays where it is. Where the
@@ -190,12 +209,35 @@ impl Refinement {
         self.coordinates = plant.point.coordinates;
         self.minimiser.normal.reset(problem.sought.unknowns());
         plant.eliminate_from(&mut self.minimiser.normal);
-        let fit = self.fit_of(problem, experiments, Ok(plant.summary.clone()));
+        let assembled = Assembled {
+            summary: plant.summary.clone(),
+            of_statics: plant.statics(problem).sum_of_squares(),
+            of_retired: plant.sum_of_retired(problem),
+            // The minimum from which the fit has begun has been compared with them.
+            contradiction: 0.0,
+        };
+        let fit = self.fit_of(problem, experiments, Ok(assembled));
         Some((fit, Remaining { step: of_unknowns, gain }))
     }
 }
 
 impl Plant {
+    /// The static tests of a problem where the plant stands, which also seek its imperfections.
+    pub(in crate::refine) fn statics<'a>(&'a self, problem: &'a Problem<'_>) -> Statics<'a> {
+        let Self { imperfections, point, .. } = self;
+        let values = imperfections.values(point);
+        Statics::at(problem, &point.coordinates, values).seeking(&imperfections.all)
+    }
+
+    /// Sum of squares of the retired records where the plant stands.
+    fn sum_of_retired(&self, problem: &Problem<'_>) -> f64 {
+        let Self { imperfections, point, retired, .. } = self;
+        let of = |retired: &RetiredOfPlant| {
+            retired.sum_of_squares(problem.sought, point, &imperfections.all)
+        };
+        retired.as_ref().map_or(0.0, of)
+    }
+
     /// The way that is left to the minimum. `None` where the fit has no derivatives.
     fn remaining(&self, problem: &Problem<'_>) -> Option<Remaining<ALL>> {
         let Self { imperfections, minimiser, point, .. } = self;

@@ -17,10 +17,19 @@ use crate::parameters::Bushings;
 use crate::receptance::{Filter, Ground, Growth, Hose, Hysteresis, Terms};
 use crate::sensors::Sensors;
 use crate::spectrum::Site;
+use crate::statics::{Deflection, StaticTest};
 use crate::{DOF, MAX_JOINTS};
 
 /// Least compliance of ground that gives way, m/N and rad/Nm. Chosen: a millionth of that of the stiffest ground.
 const RIGID: f64 = 1e-16;
+/// Least part of a stiffness that is left at rest. Chosen: the law of hysteresis holds for small losses, and would leave an overdamped bushing none.
+const LEAST_AT_REST: f64 = 0.1;
+
+/// Number of a record that no imperfection knows.
+pub(in crate::refine) const NO_RECORD: usize = usize::MAX;
+
+/// A value of each degree of freedom of each joint.
+pub(in crate::refine) type PerDof = [[f64; DOF]; MAX_JOINTS];
 
 /// A model that imperfections change.
 #[derive(Clone, Debug)]
@@ -58,13 +67,22 @@ impl Imperfect {
         site: Site<'_>,
         record: usize,
     ) -> Self {
-        let chain = if problem.sought.seeks_masses() {
-            problem.chain.weighing(&calibration.mass)
-        } else {
-            problem.chain.clone()
-        };
+        let chain = problem.weighed(calibration);
         let sensors = problem.measurement.sensors(calibration, site.point);
         Self::of(chain, sensors, REFERENCE_HZ, site.pose, record)
+    }
+
+    /// The robot with these imperfections, each with its value, at rest at the joint angles `pose`, in no record.
+    pub(in crate::refine) fn at_rest(
+        problem: &Problem<'_>,
+        calibration: &Calibration,
+        pose: &[f64],
+        imperfections: impl Iterator<Item = (Imperfection, f64)>,
+    ) -> Self {
+        let chain = problem.weighed(calibration);
+        let mut robot = Self::of(chain, Sensors::default(), REFERENCE_HZ, pose, NO_RECORD);
+        imperfections.for_each(|(imperfection, value)| robot.add(imperfection, value));
+        robot
     }
 
     /// A chain with these sensors at a pose, without imperfections, in the record of this number. Stiffness and damping are those
@@ -202,7 +220,7 @@ impl Imperfect {
     }
 
     /// The chain about its static equilibrium with these bushings, under `gravity`, base axes, m/s².
-    pub(super) fn linearise_under(
+    pub(in crate::refine) fn linearise_under(
         &self,
         gravity: Vector3<f64>,
         bushings: &Bushings,
@@ -211,7 +229,7 @@ impl Imperfect {
     }
 
     /// The chain about these elongations of its bushings, m and rad.
-    pub(super) fn linearise_at(
+    pub(in crate::refine) fn linearise_at(
         &self,
         problem: &Problem<'_>,
         sag: &[Vector6<f64>; MAX_JOINTS],
@@ -265,15 +283,47 @@ impl Imperfect {
     ) -> Result<Terms<f64>, LinearisationError> {
         let mut terms = Terms::new(linear, bushings, sensors)?;
         terms.hysteresis = self.hysteresis;
-        terms.ground = self.ground();
-        let [stiffness, damping] = self.hose;
-        terms.hose = Some(Hose::new(linear, stiffness, damping));
+        self.add_surroundings(&mut terms, linear);
         for ((terms, joint), part) in
             terms.joints.iter_mut().zip(&self.chain.joints).zip(self.servo)
         {
             terms.growth = joint.drive().filter(|_| part != 0.0).map(|dof| Growth { dof, part });
         }
         Ok(terms)
+    }
+
+    /// Adds the ground and the hose.
+    fn add_surroundings(&self, terms: &mut Terms<f64>, linear: &LinearChain) {
+        terms.ground = self.ground();
+        let [stiffness, damping] = self.hose;
+        terms.hose = Some(Hose::new(linear, stiffness, damping));
+    }
+
+    /// Displacement in a static test, of the chain that is linearised as `linear` with these bushings. Stiffnesses are those at rest; the second
+    /// value is the part of each that goes with its damping, `∂ ln k/∂ ln d`.
+    pub(in crate::refine) fn deflection(
+        &self,
+        linear: &LinearChain,
+        bushings: &Bushings,
+        test: &StaticTest,
+    ) -> Result<(Deflection, PerDof), LinearisationError> {
+        let mut resting = self.loaded(linear, bushings);
+        let mut parts = [[0.0; DOF]; MAX_JOINTS];
+        let per_damping = self.hysteresis.at_rest();
+        for (bushing, parts) in resting.iter_mut().zip(&mut parts) {
+            for dof in 0..DOF {
+                let stiffness = bushing.stiffness[dof];
+                let lost = per_damping * bushing.damping[dof];
+                let least = LEAST_AT_REST * stiffness;
+                bushing.stiffness[dof] = (stiffness + lost).max(least);
+                if stiffness + lost > least {
+                    parts[dof] = lost / (stiffness + lost);
+                }
+            }
+        }
+        let mut terms = Terms::static_test(linear, &resting, &test.wrench, &test.gauge)?;
+        self.add_surroundings(&mut terms, linear);
+        Ok((Deflection::of(&terms), parts))
     }
 
     /// The bushings as stiff as they are under the load of gravity in this record.

@@ -35,6 +35,11 @@ impl PlantInformation<'_> {
 }
 
 impl Plant {
+    /// Normal equations where the last fit has ended.
+    pub(in crate::refine) fn normal(&self) -> &Normal<OF_ALL> {
+        &self.minimiser.normal
+    }
+
     /// The information where the last fit has ended. It changes with the next step of an identifier.
     pub fn information(&self) -> PlantInformation<'_> {
         PlantInformation { normal: &self.minimiser.normal, imperfections: &self.imperfections.all }

@@ -59,7 +59,9 @@ impl Refinement {
         experiments: &[Experiment<B>],
         plant: &mut Plant,
     ) -> Option<[f64; ALL]> {
-        let Plant { imperfections, minimiser, point, record, summary, factor, whole, .. } = plant;
+        let Plant {
+            imperfections, minimiser, point, record, summary, factor, whole, retired, ..
+        } = plant;
         let domain = PlantDomain::new(problem, &imperfections.all);
         let room = domain.room(point);
         self.minimiser.linearised = false;
@@ -70,11 +72,10 @@ impl Refinement {
         let mut objective = PlantSumOfSquares {
             problem,
             experiments,
-            retired: &self.retired,
+            retired: retired.as_ref(),
             workspace: &mut self.workspace,
             imperfections,
             record,
-            others: &mut self.minimiser.normal,
             relative_error: 0.0,
             every: 1,
             summary,

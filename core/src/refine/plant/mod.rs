@@ -15,12 +15,13 @@
 //! | `jackknife`                     | standard deviations where noise does not explain the residuals  |
 //! | `structure`                     | links that give way                                             |
 //! | `information`                   | what records and priors say of unknowns and imperfections       |
+//! | `retired`                       | records that are no longer kept, with the imperfections         |
 //! | `mechanics`, `places`           | the robot that a fit has found, without its sensors             |
 //! | `restated`, `factors`           | accuracies that the data contradict                             |
 //! | `diagnosis`                     | which of them are wrong, and what explains as much              |
 //! | `explanation`, `evidence`       | the misfit as a function of the imperfections                   |
 
-mod change;
+pub(super) mod change;
 mod columns;
 mod correction;
 mod diagnosis;
@@ -38,6 +39,7 @@ mod motion;
 mod objective;
 mod places;
 mod restated;
+mod retired;
 mod sag;
 mod structure;
 mod thinned;
@@ -62,6 +64,8 @@ use factors::Restated;
 pub use information::PlantInformation;
 pub use mechanics::Mechanics;
 pub use places::Places;
+use retired::RetiredOfPlant;
+pub use retired::RetiredRecords;
 
 /// Limits of a fit. Chosen: all unknowns together end within a tenth of a standard deviation of the minimum; a fit typically takes a
 /// sixth of these steps.
@@ -97,6 +101,8 @@ pub struct Plant {
     summary: Summary,
     /// Standard deviation of each imperfection where the last fit has ended, in that of its prior.
     deviations: [f64; MAX_IMPERFECTIONS],
+    /// Retired records. `None` if there are none.
+    retired: Option<RetiredOfPlant>,
     /// Motion of the drive of each joint of the robot.
     joints: Vec<JointKind, MAX_JOINTS>,
 }
@@ -145,6 +151,7 @@ impl Plant {
             factor: Normal::new(),
             summary: Summary::default(),
             deviations: [1.0; MAX_IMPERFECTIONS],
+            retired: None,
             joints,
         }
     }

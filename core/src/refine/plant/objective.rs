@@ -4,22 +4,24 @@ use super::super::batch::Bins;
 use super::super::equations::{Assembly, Equations};
 use super::super::model::Model;
 use super::super::objective::Objective;
+use super::super::others::Others;
 use super::super::problem::Problem;
 use super::super::record::Workspace;
 use super::super::residuals::Residuals;
-use super::super::retired::RetiredInformation;
 use super::super::seam::Seam;
-use super::super::sizes::{OF_ALL, ParameterNormal, WIDE, WIDE_OF_RECORD};
-use super::super::sum_of_squares::{add_other_than_records, other_than_records};
+use super::super::sizes::{OF_ALL, WIDE, WIDE_OF_RECORD};
+use super::super::statics::Statics;
 use super::super::summary::Summary;
 use super::Plant;
 use super::change::{Change, STEP};
 use super::columns::Imperfections;
 use super::domain::Point;
 use super::imperfect::Imperfect;
+use super::retired::RetiredOfPlant;
 use super::sag::{self, Sag};
 use crate::chain::Joint;
 use crate::chain::linearise::LinearisationError;
+use crate::imperfection::Imperfection;
 use crate::linear::normal::Normal;
 use crate::parameters::Bushings;
 use crate::spectrum::{Experiment, Site};
@@ -28,13 +30,11 @@ use crate::spectrum::{Experiment, Site};
 pub(super) struct PlantSumOfSquares<'a, const B: usize> {
     pub(super) problem: &'a Problem<'a>,
     pub(super) experiments: &'a [Experiment<B>],
-    pub(super) retired: &'a RetiredInformation,
+    pub(super) retired: Option<&'a RetiredOfPlant>,
     pub(super) workspace: &'a mut Workspace,
     pub(super) imperfections: &'a mut Imperfections,
     /// Normal equations of the record that was assembled last.
     pub(super) record: &'a mut Normal<WIDE_OF_RECORD>,
-    /// Normal equations of the unknowns apart from the records.
-    pub(super) others: &'a mut ParameterNormal,
     /// Relative error of the model that the weights allow for.
     pub(super) relative_error: f64,
     /// Distance of the bins that count.
@@ -65,7 +65,7 @@ impl<const B: usize> Objective<Point, OF_ALL> for PlantSumOfSquares<'_, B> {
         let count = self.imperfections.all.len();
         sum_of_squares
             + point.imperfections[..count].iter().map(|value| value * value).sum::<f64>()
-            + other_than_records(problem, self.retired, &point.coordinates)
+            + (self.others(point).sum_of_squares() + self.of_retired(point))
     }
 
     fn linearise(
@@ -85,21 +85,30 @@ impl<const B: usize> Objective<Point, OF_ALL> for PlantSumOfSquares<'_, B> {
         for (index, value) in point.imperfections[..count].iter().enumerate() {
             normal.add_prior(index, *value);
         }
-        self.others.reset(unknowns);
-        add_other_than_records(self.problem, self.retired, &point.coordinates, self.others)?;
-        // The row behind the unknowns is the right-hand side.
-        for i in 0..=unknowns {
-            for (j, value) in self.others.row(i).iter().enumerate() {
-                *normal.entry(count + i, count + j) += value;
-            }
+        self.others(point).add_to(normal)?;
+        if let Some(retired) = self.retired {
+            retired.add_to(normal, self.problem.sought, point, &self.imperfections.all);
         }
         Ok(())
     }
 }
 
 impl<const B: usize> PlantSumOfSquares<'_, B> {
+    /// Priors of unknowns, and static tests.
+    fn others(&self, point: &Point) -> Others<'_> {
+        let Self { problem, imperfections, .. } = self;
+        let statics = Statics::at(problem, &point.coordinates, imperfections.values(point));
+        Others::new(problem, &point.coordinates, statics.seeking(&imperfections.all))
+    }
+
+    /// Sum of squares of the retired records.
+    fn of_retired(&self, point: &Point) -> f64 {
+        let sought = self.problem.sought;
+        self.retired.map_or(0.0, |own| own.sum_of_squares(sought, point, &self.imperfections.all))
+    }
+
     /// Assembles the normal equations of a record, its seam eliminated.
-    fn assemble(
+    pub(super) fn assemble(
         &mut self,
         point: &Point,
         index: usize,
@@ -217,6 +226,12 @@ impl Plant {
 }
 
 impl Imperfections {
+    /// Each imperfection, with its value at a point.
+    pub(super) fn values(&self, point: &Point) -> impl Iterator<Item = (Imperfection, f64)> {
+        let values = self.all.iter().zip(&point.imperfections);
+        values.map(|(&(imperfection, deviation), p)| (imperfection, deviation * p))
+    }
+
     /// The model at a point with these bushings, in a record of this number at a site.
     fn model(
         &self,

@@ -13,7 +13,6 @@ use super::super::model::Model;
 use super::super::modelled;
 use super::super::objective::{Domain as _, Objective as _};
 use super::super::record::Workspace;
-use super::super::retired::RetiredInformation;
 use super::super::seam::ORDERS;
 use super::super::tests::{BINS, SAMPLES, bounds, bushings, chain, problem, record};
 use super::super::{Outcome, Problem, Refinement};
@@ -263,17 +262,16 @@ fn check_gradient(
     plant.point.coordinates = sought.coordinates(&bushings());
     plant.point.imperfections = inside(&plant.imperfections.all, 0.0);
     let point = plant.point;
-    let (retired, mut workspace) = (RetiredInformation::none(sought.unknowns()), Workspace::new());
+    let mut workspace = Workspace::new();
     let Plant { imperfections, record, summary, factor: normal, .. } = &mut *plant;
     let count = imperfections.all.len();
     let mut objective = PlantSumOfSquares {
         problem: &problem,
         experiments: &experiments,
-        retired: &retired,
+        retired: None,
         workspace: &mut workspace,
         imperfections,
         record,
-        others: &mut Normal::new(),
         relative_error,
         every,
         summary,
@@ -478,17 +476,15 @@ fn a_corrected_model_is_that_of_the_plant() {
             *value = if index % 3 == 0 { -1.5 } else { 0.7 };
         }
         let point = plant.point;
-        let (retired, mut workspace) =
-            (RetiredInformation::none(sought.unknowns()), Workspace::new());
+        let mut workspace = Workspace::new();
         let Plant { imperfections, record, summary, .. } = &mut *plant;
         let mut objective = PlantSumOfSquares {
             problem: &problem,
             experiments: &experiments,
-            retired: &retired,
+            retired: None,
             workspace: &mut workspace,
             imperfections,
             record,
-            others: &mut Normal::new(),
             relative_error: 0.0,
             every: 1,
             summary,

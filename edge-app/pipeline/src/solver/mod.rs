@@ -43,7 +43,7 @@ pub(crate) use repeats::{Fingerprint, Taken};
 use retention::{Entry, Room, find_room};
 pub use spectra::{Band, bands};
 pub use state::{Format7, State};
-use state::{MAX_WAITING, Settled};
+use state::{MAX_WAITING, Retired, Settled};
 use work::Work;
 
 /// Number of records that may join before an accepted minimum is settled on. Without this limit steady milling would never
@@ -167,9 +167,14 @@ impl Solver {
                 let mut solver =
                     Self::begin(config, config.sought.clone(), settled.generator.clone())?;
                 solver.take_over(&state.kept);
-                let Solver { identifier, experiments, .. } = &mut solver;
+                let Solver { identifier, experiments, plant, sought, .. } = &mut solver;
                 let all = experiments.len() == state.kept.len();
-                if !all || identifier.resume(&settled.standing, experiments).is_err() {
+                let has_retired = match (plant, &settled.retired) {
+                    (Some(plant), Some(retired)) => retired.resume(plant, sought).is_some(),
+                    (_, retired) => retired.is_none(),
+                };
+                let resumes = all && has_retired;
+                if !resumes || identifier.resume(&settled.standing, experiments).is_err() {
                     return Self::refit(config, state, stop, on_progress);
                 }
                 solver.dropped_poses = settled.dropped_poses;
@@ -448,6 +453,7 @@ impl Solver {
             self.state.kept.clone_from(&self.sources);
             self.state.settled = Some(Box::new(Settled {
                 standing,
+                retired: self.plant.as_deref().and_then(Retired::of),
                 generator: self.identifier.generator().clone(),
                 records: self.records,
                 came: self.came,
@@ -553,18 +559,28 @@ impl Solver {
 
     /// Removes an experiment. Its information stays, if the estimate is consistent and the rate of the record is not doubtful.
     fn give_up(&mut self, index: usize) {
+        let retired = !self.sources[index].has_doubtful_rate && self.retire(index);
         let retiring = self.experiments.remove(index);
-        let source = self.sources.remove(index);
+        self.sources.remove(index);
         let number = self.numbers.remove(index);
         let shares_pose = |other: &Experiment| same_pose(&other.pose, &retiring.pose);
         let last = !self.experiments.iter().any(shares_pose);
-        // The information that retires is that of a perfect plant.
-        let retired =
-            !source.has_doubtful_rate && self.plant.is_none() && self.identifier.retire(&retiring);
         if !retired {
             self.taken.forget(number);
         }
         self.dropped_poses += u64::from(last && !retired);
+    }
+
+    /// Adds the information of an experiment to that of the retired ones. Returns whether it has.
+    fn retire(&mut self, index: usize) -> bool {
+        let Self { identifier, experiments, plant, of_plant, .. } = self;
+        match (plant, of_plant) {
+            (Some(plant), Some(of_plant)) => {
+                identifier.retire_on_plant(experiments, index, plant, of_plant)
+            }
+            (Some(_), None) => false,
+            (None, _) => identifier.retire(&experiments[index]),
+        }
     }
 }
 

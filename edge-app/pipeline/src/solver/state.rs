@@ -4,6 +4,8 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use flexid_core::identify::Standing;
+use flexid_core::refine::{Plant, RetiredRecords};
+use flexid_core::sought::Sought;
 use rand_xoshiro::Xoshiro256PlusPlus;
 use serde::{Deserialize, Serialize};
 
@@ -17,7 +19,7 @@ pub(super) const MAX_WAITING: usize = 64;
 
 /// Version of the fit in a state. It changes with every struct in [`Settled`], and with the meaning of a number there. A fit of
 /// another version is left out, and the records are fitted anew.
-const FIT: u32 = 3;
+const FIT: u32 = 4;
 
 /// The solver when it last settled, and the records that have come since.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -80,6 +82,8 @@ mod sealed {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Settled {
     pub(super) standing: Standing,
+    /// Retired records with the imperfections of the plant. `None` if there are none, or the plant is perfect.
+    pub(super) retired: Option<Retired>,
     pub(super) generator: Xoshiro256PlusPlus,
     pub(super) records: u64,
     /// Number of records that came, including those that were left out.
@@ -90,6 +94,28 @@ pub(super) struct Settled {
     pub(super) dropped_poses: u64,
     pub(super) too_short: u64,
     pub(super) spent: Duration,
+}
+
+/// Retired records of a plant.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct Retired {
+    normal: Vec<f64>,
+    at: Vec<f64>,
+    records: u64,
+}
+
+impl Retired {
+    /// Returns those of a plant. `None` if there are none.
+    pub(super) fn of(plant: &Plant) -> Option<Self> {
+        let RetiredRecords { normal, at, records } = plant.retired_records()?;
+        Some(Self { normal: normal.to_vec(), at: at.to_vec(), records })
+    }
+
+    /// Gives them to a plant whose fit seeks `sought`. `None` if they are of another plant.
+    pub(super) fn resume(&self, plant: &mut Plant, sought: &Sought) -> Option<()> {
+        let Self { normal, at, records } = self;
+        plant.resume_retired(&RetiredRecords { normal, at, records: *records }, sought)
+    }
 }
 
 /// Counts of what came in before this run, as far as reports contain them.
