@@ -1,6 +1,7 @@
 //! The entries of `[accuracy]`, and where to look if one is contradicted.
 
 use postcard_schema::Schema;
+use serde::de::value::{Error, StrDeserializer};
 use serde::{Deserialize, Serialize};
 
 /// An entry of `[accuracy]`, and what it speaks of. In JSON each has the name of its entry.
@@ -69,30 +70,53 @@ pub enum Accuracy {
     DelayDrift,
 }
 
+/// What is known of an entry.
+struct Facts {
+    key: &'static str,
+    advice: &'static str,
+    is_factor: bool,
+    is_filter: bool,
+}
+
+const fn error(key: &'static str, advice: &'static str) -> Facts {
+    Facts { key, advice, is_factor: false, is_filter: false }
+}
+
+const fn factor(key: &'static str, advice: &'static str) -> Facts {
+    Facts { is_factor: true, ..error(key, advice) }
+}
+
+const fn filter(key: &'static str, advice: &'static str) -> Facts {
+    Facts { is_filter: true, ..error(key, advice) }
+}
+
 impl Accuracy {
+    /// The entry with this key in `[accuracy]`.
+    pub fn of_key(key: &str) -> Option<Self> {
+        Self::deserialize(StrDeserializer::<Error>::new(key)).ok()
+    }
+
     /// Its key in `[accuracy]`.
     pub fn key(self) -> &'static str {
-        self.texts()[0]
+        self.facts().key
     }
 
     /// Place to look at on the robot.
     pub(crate) fn advice(self) -> &'static str {
-        self.texts()[1]
+        self.facts().advice
     }
 
     /// Returns whether the imperfections of this entry are factors, of which a report gives the deviation from 1.
-    pub(crate) fn is_factor(self) -> bool {
-        matches!(
-            self,
-            Self::ForceGain
-                | Self::AccelerationGain
-                | Self::LinkMass
-                | Self::StiffnessOfRecord
-                | Self::BaseMass
-        )
+    pub fn is_factor(self) -> bool {
+        self.facts().is_factor
     }
 
-    fn texts(self) -> [&'static str; 2] {
+    /// Returns whether it speaks of the filter of a sensor: what is stated is that there is none.
+    pub fn is_filter(self) -> bool {
+        self.facts().is_filter
+    }
+
+    fn facts(self) -> Facts {
         const GAIN: &str = "calibrate the sensor axis by axis, or seek its gains in [calibration]";
         const CROSSTALK: &str = "apply the sensor's calibration matrix";
         const ANGLE: &str = "measure how the sensor is mounted and correct [mounting]";
@@ -104,65 +128,71 @@ impl Accuracy {
             "look at what the robot stands on, or seek it: `flexid model import --pedestal`";
         const HOSE: &str = "hang hoses and cables so that they do not pull at the tool";
         match self {
-            Self::DelayS => [
+            Self::DelayS => error(
                 "delay_s",
                 "give both sensors the same filter and one clock, or seek delay_s in [calibration]",
-            ],
-            Self::ForceGain => ["force_gain", GAIN],
-            Self::AccelerationGain => ["acceleration_gain", GAIN],
-            Self::ForceCrosstalk => ["force_crosstalk", CROSSTALK],
-            Self::AccelerationCrosstalk => ["acceleration_crosstalk", CROSSTALK],
-            Self::ForceAngleRad => ["force_angle_rad", ANGLE],
-            Self::AccelerometerAngleRad => ["accelerometer_angle_rad", ANGLE],
-            Self::ForceResonanceHz => ["force_resonance_hz", RESONANCE],
-            Self::AccelerometerResonanceHz => ["accelerometer_resonance_hz", RESONANCE],
-            Self::ForceHighPassHz => ["force_high_pass_hz", HIGH_PASS],
-            Self::AccelerometerHighPassHz => ["accelerometer_high_pass_hz", HIGH_PASS],
+            ),
+            Self::ForceGain => factor("force_gain", GAIN),
+            Self::AccelerationGain => factor("acceleration_gain", GAIN),
+            Self::ForceCrosstalk => error("force_crosstalk", CROSSTALK),
+            Self::AccelerationCrosstalk => error("acceleration_crosstalk", CROSSTALK),
+            Self::ForceAngleRad => error("force_angle_rad", ANGLE),
+            Self::AccelerometerAngleRad => error("accelerometer_angle_rad", ANGLE),
+            Self::ForceResonanceHz => filter("force_resonance_hz", RESONANCE),
+            Self::AccelerometerResonanceHz => filter("accelerometer_resonance_hz", RESONANCE),
+            Self::ForceHighPassHz => filter("force_high_pass_hz", HIGH_PASS),
+            Self::AccelerometerHighPassHz => filter("accelerometer_high_pass_hz", HIGH_PASS),
             Self::ToolAngleRad => {
-                ["tool_angle_rad", "measure the axes of the tool and correct the model's TCP"]
+                error("tool_angle_rad", "measure the axes of the tool and correct the model's TCP")
             }
-            Self::TcpM => ["tcp_m", "measure the TCP and correct it in the model"],
-            Self::AccelerometerPlaceM => [
+            Self::TcpM => error("tcp_m", "measure the TCP and correct it in the model"),
+            Self::AccelerometerPlaceM => error(
                 "accelerometer_place_m",
                 "measure where the accelerometer is and correct [mounting]",
-            ],
-            Self::LinkMass => [
+            ),
+            Self::LinkMass => factor(
                 "link_mass",
                 "check the masses of the model and loads on the links, or seek link_mass in [calibration]",
-            ],
-            Self::CentreOfMassM => ["centre_of_mass_m", "check the centres of mass of the model"],
-            Self::JointAngleRad => {
-                ["joint_angle_rad", "check the zeros of the joints and the signals of their angles"]
+            ),
+            Self::CentreOfMassM => {
+                error("centre_of_mass_m", "check the centres of mass of the model")
             }
-            Self::ElasticCentreM => [
+            Self::JointAngleRad => error(
+                "joint_angle_rad",
+                "check the zeros of the joints and the signals of their angles",
+            ),
+            Self::ElasticCentreM => error(
                 "elastic_centre_m",
                 "look where the bearing is, and move the joint's origin there (below the first joint: model the pedestal, see --pedestal)",
-            ],
-            Self::LinkInertia => ["link_inertia", "check the inertias of the model"],
-            Self::Hysteresis => {
-                ["hysteresis", "nothing need be wrong: bolted and geared joints damp like that"]
-            }
-            Self::DriveGrowth => [
+            ),
+            Self::LinkInertia => error("link_inertia", "check the inertias of the model"),
+            Self::Hysteresis => error(
+                "hysteresis",
+                "nothing need be wrong: bolted and geared joints damp like that",
+            ),
+            Self::DriveGrowth => error(
                 "drive_growth",
                 "look for friction if it is negative; else nothing need be wrong: position loops stiffen with frequency",
-            ],
-            Self::DriveGrowthPerKnm => {
-                ["drive_growth_per_knm", "nothing need be wrong: gears stiffen with their load"]
-            }
+            ),
+            Self::DriveGrowthPerKnm => error(
+                "drive_growth_per_knm",
+                "nothing need be wrong: gears stiffen with their load",
+            ),
             Self::DelayOfRecordS => {
-                ["delay_of_record_s", "start both sensors by one trigger in each record"]
+                error("delay_of_record_s", "start both sensors by one trigger in each record")
             }
             Self::StiffnessOfRecord => {
-                ["stiffness_of_record", "warm the robot up, and cut all records alike"]
+                factor("stiffness_of_record", "warm the robot up, and cut all records alike")
             }
-            Self::GroundMPerN => ["ground_m_per_n", GROUND],
-            Self::GroundRadPerNm => ["ground_rad_per_nm", GROUND],
-            Self::BaseMass => ["base_mass", GROUND],
-            Self::HoseNPerM => ["hose_n_per_m", HOSE],
-            Self::HoseNsPerM => ["hose_ns_per_m", HOSE],
-            Self::DelayDrift => {
-                ["delay_drift", "let one clock sample both sensors, or synchronise their clocks"]
-            }
+            Self::GroundMPerN => error("ground_m_per_n", GROUND),
+            Self::GroundRadPerNm => error("ground_rad_per_nm", GROUND),
+            Self::BaseMass => factor("base_mass", GROUND),
+            Self::HoseNPerM => error("hose_n_per_m", HOSE),
+            Self::HoseNsPerM => error("hose_ns_per_m", HOSE),
+            Self::DelayDrift => error(
+                "delay_drift",
+                "let one clock sample both sensors, or synchronise their clocks",
+            ),
         }
     }
 }

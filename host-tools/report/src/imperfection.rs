@@ -87,7 +87,7 @@ pub fn judgement(own: &Nuisance) -> &'static str {
             Verdict::Fixed => "fixed",
         },
         (false, _, Some(_), None) => "no interval",
-        (false, _, Some(entry), Some(_)) if is_filter(entry) => "the records show it",
+        (false, _, Some(entry), Some(_)) if entry.is_filter() => "the records show it",
         (false, true, ..) => "differs from 1",
         (false, false, ..) => "differs from zero",
     }
@@ -105,30 +105,9 @@ pub fn accuracy(own: &Nuisance) -> Option<String> {
     Some(format!("{} {size}", entry.key()))
 }
 
-/// Tells whether an entry speaks of the filter of a sensor: what is stated is that there is none.
-fn is_filter(entry: Accuracy) -> bool {
-    matches!(
-        entry,
-        Accuracy::ForceResonanceHz
-            | Accuracy::AccelerometerResonanceHz
-            | Accuracy::ForceHighPassHz
-            | Accuracy::AccelerometerHighPassHz
-    )
-}
-
 /// Tells whether 1 is as stated, not 0. Among what `[calibration]` seeks, gains and masses have no unit.
 fn is_factor(own: &Nuisance) -> bool {
-    match own.entry {
-        None => own.unit.is_empty(),
-        Some(entry) => matches!(
-            entry,
-            Accuracy::ForceGain
-                | Accuracy::AccelerationGain
-                | Accuracy::LinkMass
-                | Accuracy::StiffnessOfRecord
-                | Accuracy::BaseMass
-        ),
-    }
+    own.entry.map_or(own.unit.is_empty(), Accuracy::is_factor)
 }
 
 /// Sum of these shares of the misfit, if there are any and most of it has another cause.
