@@ -1,46 +1,15 @@
 //! Section `[accuracy]`: how far what the configuration states may be off.
 
-use std::f64::consts::TAU;
-
-use flexid_core::imperfection::Accuracies;
+use flexid_core::imperfection::{Accuracies, ENTRIES, Form};
 use flexid_core::stream::STATIC;
 
-use super::sections::{AccuracySection, Assumed, CalibrationSection};
+use super::sections::CalibrationSection;
+use super::stated::{AccuracySection, Assumed};
 use crate::model::MassAccuracy;
 
 /// How many times its typical value an accuracy may be without a warning. Chosen: errors of up to thirty times their typical accuracy
 /// are the largest with which the intervals are proved (tests/README.md). A standard deviation of twenty times makes larger ones likely.
 const LOOSE: f64 = 20.0;
-
-/// An accuracy of one value that the section may state.
-struct Accuracy {
-    key: &'static str,
-    stated: fn(&AccuracySection) -> Option<f64>,
-    own: fn(&mut Accuracies) -> &mut f64,
-    /// Largest value that may be stated. Beyond it what is off must be corrected itself.
-    most: f64,
-    /// SI unit over that of the section.
-    scale: f64,
-    unit: &'static str,
-    /// True if a value of more than [`LOOSE`] times the typical one deserves a warning. Structure, ground, clocks, and growth with load may
-    /// be so much worse on a real robot. Others are refused before they are so loose.
-    is_warned_of: bool,
-}
-
-/// A row of [`ACCURACIES`].
-macro_rules! accuracy {
-    ($key:ident, $($own:ident).+, $most:expr, $unit:expr, $is_warned_of:expr) => {
-        Accuracy {
-            key: stringify!($key),
-            stated: |section| section.$key,
-            own: |accuracies| &mut accuracies.$($own).+,
-            most: $most,
-            scale: 1.0,
-            unit: $unit,
-            is_warned_of: $is_warned_of,
-        }
-    };
-}
 
 /// A key of `[accuracy]`, that of `[calibration]`, and what the latter states.
 type AlsoSought = (&'static str, &'static str, fn(&CalibrationSection) -> Option<f64>);
@@ -54,48 +23,14 @@ const ALSO_SOUGHT: [AlsoSought; 5] = [
     ("link_mass", "link_mass", |section| section.link_mass),
 ];
 
-const PART: &str = "0.01 is 1 %";
-/// All but those of the filters of sensors, which are stated by their frequencies.
-#[rustfmt::skip]
-const ACCURACIES: [Accuracy; 28] = [
-    accuracy!(delay_s, delay, 1e-3, "in s", true),
-    accuracy!(delay_drift, delay_drift, 1e-3, "1e-6 is 1 ppm", false),
-    accuracy!(force_gain, force.gain, 0.5, PART, true),
-    accuracy!(force_crosstalk, force.crosstalk, 0.5, PART, true),
-    accuracy!(force_angle_rad, force.angle, 0.5, "in rad", true),
-    accuracy!(acceleration_gain, accelerometer.gain, 0.5, PART, true),
-    accuracy!(acceleration_crosstalk, accelerometer.crosstalk, 0.5, PART, true),
-    accuracy!(accelerometer_angle_rad, accelerometer.angle, 0.5, "in rad", true),
-    accuracy!(accelerometer_place_m, accelerometer_place, 0.5, "in m", true),
-    accuracy!(tool_angle_rad, tool_angle, 0.5, "in rad", true),
-    accuracy!(tcp_m, tool_centre_point, 0.5, "in m", true),
-    accuracy!(link_mass, mass, 0.5, PART, true),
-    accuracy!(centre_of_mass_m, centre_of_mass, 0.5, "in m", true),
-    accuracy!(joint_angle_rad, joint_angle, 0.5, "in rad", true),
-    accuracy!(elastic_centre_m, elastic_centre, 0.5, "in m", true),
-    accuracy!(link_inertia, inertia, 1.0, PART, false),
-    accuracy!(hysteresis, hysteresis, 1.0, PART, false),
-    accuracy!(drive_growth, servo, 1.0, PART, false),
-    Accuracy { scale: 1e-3, ..accuracy!(drive_growth_per_knm, load, 0.5, PART, false) },
-    accuracy!(delay_of_record_s, record_delay, 1e-3, "in s", true),
-    accuracy!(stiffness_of_record, record_stiffness, 0.2, PART, true),
-    accuracy!(structure_m_per_n, structure_translation, 1e-6, "in m/N: 1e-10 is 1e10 N/m", false),
-    accuracy!(structure_rad_per_nm, structure_rotation, 1e-5, "in rad/Nm: 1e-10 is 1e10 Nm/rad", false),
-    accuracy!(ground_m_per_n, ground_translation, 1e-6, "in m/N: 1e-9 is 1e9 N/m", false),
-    accuracy!(ground_rad_per_nm, ground_rotation, 1e-5, "in rad/Nm: 1e-9 is 1e9 Nm/rad", false),
-    accuracy!(base_mass, base_mass, 1.0, PART, false),
-    accuracy!(hose_n_per_m, hose, 1e6, "in N/m", true),
-    accuracy!(hose_ns_per_m, hose_damping, 1e5, "in Ns/m", true),
-];
-
 /// Returns the keys of `[accuracy]` that are so loose that hardly anything is left of what the configuration states, and by how many
-/// times they are larger than typical. Filters (`*_resonance_hz`, `*_high_pass_hz`) may be so much worse on a real robot.
+/// times they are larger than typical.
 pub fn loose(accuracies: &Accuracies) -> impl Iterator<Item = (&'static str, f64)> + use<> {
-    let (mut stated, mut typical) = (*accuracies, Accuracies::typical());
-    ACCURACIES
+    let (stated, typical) = (*accuracies, Accuracies::typical());
+    ENTRIES
         .iter()
-        .filter(|accuracy| accuracy.is_warned_of)
-        .map(move |Accuracy { key, own, .. }| (*key, *own(&mut stated) / *own(&mut typical)))
+        .filter(|entry| !entry.may_be_loose)
+        .map(move |entry| (entry.key, entry.of(&stated) / entry.of(&typical)))
         // A part of a calculation may lie just above the limit.
         .filter(|(_, times)| *times > LOOSE * (1.0 + 1e-9))
 }
@@ -111,17 +46,19 @@ pub(super) fn accuracies(
     angle_step: f64,
 ) -> Result<Accuracies, String> {
     let mut accuracies = assumed(section.assume, masses);
-    for Accuracy { key, stated, own, most, scale, unit, .. } in &ACCURACIES {
-        let sought = ALSO_SOUGHT.iter().find(|(also, ..)| also == key);
+    let filters = [Form::Resonance, Form::Corner];
+    for entry in ENTRIES.iter().filter(|entry| !filters.contains(&entry.form)) {
+        let (key, most, unit) = (entry.key, entry.most, entry.unit);
+        let sought = ALSO_SOUGHT.iter().find(|(also, ..)| *also == key);
         let sought = sought.filter(|(.., sought)| sought(calibration).is_some());
-        let target = own(&mut accuracies);
-        match (stated(section), sought) {
+        let target = (entry.own)(&mut accuracies);
+        match (section.stated.get(key), sought) {
             (Some(_), Some((_, other, _))) => {
                 return Err(format!(
                     "[accuracy] {key} and [calibration] {other} state the same: leave one out"
                 ));
             }
-            (Some(stated), None) if (0.0..=*most).contains(&stated) => *target = scale * stated,
+            (Some(&stated), None) if (0.0..=most).contains(&stated) => *target = entry.si(stated),
             (Some(stated), None) => {
                 return Err(format!(
                     "[accuracy] {key} is {stated}: must be 0 to {most} ({unit}), one standard deviation"
@@ -131,49 +68,25 @@ pub(super) fn accuracies(
             (None, None) => {}
         }
     }
-    let is_assumed = section.joint_angle_rad.is_none() && section.assume == Assumed::Typical;
-    if is_assumed && angle_step > STATIC {
+    let states_angle = section.stated.contains_key("joint_angle_rad");
+    if !states_angle && section.assume == Assumed::Typical && angle_step > STATIC {
         // An angle lies anywhere in the step that is read.
         accuracies.joint_angle = accuracies.joint_angle.hypot(angle_step / 12_f64.sqrt());
     }
-    let Accuracies { force, accelerometer, .. } = &mut accuracies;
     // A filter beyond these limits is no small change of the band. A reading is then wrong by a ninth, or turned by a third of a radian.
-    let resonances = [3.0 * band_hz[1], 1e6];
-    let corners = [0.0, band_hz[0] / 3.0];
-    let squared_period: fn(f64) -> f64 = |omega| 1.0 / (omega * omega);
-    let itself: fn(f64) -> f64 = |omega| omega;
-    for (key, stated, target, [least, most], of_omega) in [
-        (
-            "force_resonance_hz",
-            section.force_resonance_hz,
-            &mut force.resonance,
-            resonances,
-            squared_period,
-        ),
-        (
-            "accelerometer_resonance_hz",
-            section.accelerometer_resonance_hz,
-            &mut accelerometer.resonance,
-            resonances,
-            squared_period,
-        ),
-        ("force_high_pass_hz", section.force_high_pass_hz, &mut force.high_pass, corners, itself),
-        (
-            "accelerometer_high_pass_hz",
-            section.accelerometer_high_pass_hz,
-            &mut accelerometer.high_pass,
-            corners,
-            itself,
-        ),
-    ] {
-        let Some(stated) = stated else { continue };
-        if !(least..=most).contains(&stated) {
-            let [least, most] = [least, most].map(|hz: f64| (1e3 * hz).round() / 1e3);
-            return Err(format!(
-                "[accuracy] {key} is {stated}: must be {least} to {most} (in Hz), well outside band_hz: narrow that, or correct the filter"
-            ));
+    let limits = [[3.0 * band_hz[1], 1e6], [0.0, band_hz[0] / 3.0]];
+    for (form, [least, most]) in filters.into_iter().zip(limits) {
+        for entry in ENTRIES.iter().filter(|entry| entry.form == form) {
+            let Some(stated) = section.stated.get(entry.key) else { continue };
+            if !(least..=most).contains(stated) {
+                let [least, most] = [least, most].map(|hz: f64| (1e3 * hz).round() / 1e3);
+                return Err(format!(
+                    "[accuracy] {} is {stated}: must be {least} to {most} ({}), well outside band_hz: narrow that, or correct the filter",
+                    entry.key, entry.unit
+                ));
+            }
+            *(entry.own)(&mut accuracies) = entry.si(*stated);
         }
-        *target = of_omega(TAU * stated);
     }
     Ok(accuracies)
 }
@@ -210,7 +123,7 @@ mod tests {
         let (mut section, mut calibration) = Default::default();
         let tool = Accuracies::typical().tool_centre_point;
         assert_eq!(of(&section, &calibration), [0.3, 0.4, 0.06, tool]);
-        section.link_inertia = Some(0.1);
+        section.stated.insert("link_inertia", 0.1);
         calibration.link_mass = Some(0.2);
         assert_eq!(of(&section, &calibration), [0.0, 0.1, 0.06, tool]);
         section.assume = Assumed::Perfect;
@@ -219,15 +132,13 @@ mod tests {
 
     #[test]
     fn each_accuracy_has_a_key() {
-        const FILTERS: usize = 4;
-        let all = size_of::<Accuracies>() / size_of::<f64>();
-        assert_eq!(ACCURACIES.len() + FILTERS, all);
-        let has_key = |own: &&str| ACCURACIES.iter().any(|accuracy| accuracy.key == *own);
+        assert_eq!(ENTRIES.len(), size_of::<Accuracies>() / size_of::<f64>());
+        let has_key = |own: &&str| ENTRIES.iter().any(|entry| entry.key == *own);
         assert!(ALSO_SOUGHT.iter().map(|(key, ..)| key).all(has_key));
         let mut accuracies = Accuracies::default();
-        for Accuracy { key, own, .. } in &ACCURACIES {
-            assert_eq!(*own(&mut accuracies), 0.0, "{key} is that of another");
-            *own(&mut accuracies) = 1.0;
+        for entry in ENTRIES {
+            assert_eq!(entry.of(&accuracies), 0.0, "{} is that of another", entry.key);
+            *(entry.own)(&mut accuracies) = 1.0;
         }
     }
 
@@ -243,7 +154,7 @@ mod tests {
         assert_eq!(joint_angle(&section, 1e-5), typical);
         let degree = joint_angle(&section, 1_f64.to_radians());
         assert!((degree / 5.136e-3 - 1.0).abs() < 1e-3, "{degree}");
-        section.joint_angle_rad = Some(2e-3);
+        section.stated.insert("joint_angle_rad", 2e-3);
         assert_eq!(joint_angle(&section, 1_f64.to_radians()), 2e-3);
     }
 

@@ -9,6 +9,7 @@ mod parameter;
 mod recording;
 mod sections;
 mod sought;
+mod stated;
 
 use std::path::{Path, PathBuf};
 
@@ -37,8 +38,8 @@ pub use bounds::BoundsSection;
 pub use fingerprint::{Fingerprint, Validity};
 pub use listen::{Listen, ListenError, SocketAccess};
 use recording::{Recording, Sections, Use};
-use sections::Assumed;
 pub use sections::{Axes, ChannelsSection, ClocksKey, ForceAxes, SignalsSection};
+use stated::Assumed;
 
 /// Checked configuration of the daemon, the simulator and the offline tool.
 #[derive(Clone, Debug)]

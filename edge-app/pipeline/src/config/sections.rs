@@ -10,6 +10,7 @@ use serde::de::{self, MapAccess, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer};
 
 use super::bounds::BoundsSection;
+use super::stated::AccuracySection;
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -230,56 +231,6 @@ pub(super) struct CalibrationSection {
     pub(super) force_gain: Option<f64>,
     pub(super) misalignment_rad: Option<f64>,
     pub(super) link_mass: Option<f64>,
-}
-
-/// Accuracies that are assumed where the section does not state them.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub(super) enum Assumed {
-    /// Those of a careful integrator.
-    #[default]
-    Typical,
-    /// Nothing is off.
-    Perfect,
-}
-
-/// Standard deviations of what may be off.
-#[derive(Default, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub(super) struct AccuracySection {
-    pub(super) assume: Assumed,
-    pub(super) delay_s: Option<f64>,
-    pub(super) delay_drift: Option<f64>,
-    pub(super) force_gain: Option<f64>,
-    pub(super) force_crosstalk: Option<f64>,
-    pub(super) force_angle_rad: Option<f64>,
-    pub(super) force_resonance_hz: Option<f64>,
-    pub(super) force_high_pass_hz: Option<f64>,
-    pub(super) acceleration_gain: Option<f64>,
-    pub(super) acceleration_crosstalk: Option<f64>,
-    pub(super) accelerometer_angle_rad: Option<f64>,
-    pub(super) accelerometer_resonance_hz: Option<f64>,
-    pub(super) accelerometer_high_pass_hz: Option<f64>,
-    pub(super) accelerometer_place_m: Option<f64>,
-    pub(super) tool_angle_rad: Option<f64>,
-    pub(super) tcp_m: Option<f64>,
-    pub(super) link_mass: Option<f64>,
-    pub(super) centre_of_mass_m: Option<f64>,
-    pub(super) joint_angle_rad: Option<f64>,
-    pub(super) elastic_centre_m: Option<f64>,
-    pub(super) link_inertia: Option<f64>,
-    pub(super) hysteresis: Option<f64>,
-    pub(super) drive_growth: Option<f64>,
-    pub(super) drive_growth_per_knm: Option<f64>,
-    pub(super) delay_of_record_s: Option<f64>,
-    pub(super) stiffness_of_record: Option<f64>,
-    pub(super) structure_m_per_n: Option<f64>,
-    pub(super) structure_rad_per_nm: Option<f64>,
-    pub(super) ground_m_per_n: Option<f64>,
-    pub(super) ground_rad_per_nm: Option<f64>,
-    pub(super) base_mass: Option<f64>,
-    pub(super) hose_n_per_m: Option<f64>,
-    pub(super) hose_ns_per_m: Option<f64>,
 }
 
 #[derive(Default, Deserialize)]
