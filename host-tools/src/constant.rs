@@ -1,7 +1,7 @@
 //! The error of an export: how far the modes of a robot with constant springs and dampers, and without hoses, lie from those of the robot
 //! that was found.
 
-use flexid_core::imperfection::Imperfection;
+use flexid_core::imperfection::{Group, Imperfection};
 use flexid_export::{ExportError, Robot, bushings};
 use flexid_pipeline::robot::FoundRobot;
 use flexid_prediction::Robot as Predicted;
@@ -48,11 +48,7 @@ pub(crate) fn differences(found: &Found, exported: &Robot) -> Result<Option<Stri
 
 /// Returns whether an imperfection is in the constant bushings already, or in no format.
 fn is_left_out(imperfection: Imperfection) -> bool {
-    use Imperfection as I;
-    matches!(
-        imperfection,
-        I::Hysteresis | I::Servo(_) | I::Load | I::RecordStiffness(_) | I::Hose | I::HoseDamping
-    )
+    matches!(imperfection.facts().group, Group::Impedance | Group::Hose | Group::Record)
 }
 
 /// How far a number of a mode is off.

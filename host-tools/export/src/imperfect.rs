@@ -12,7 +12,7 @@
 use std::f64::consts::TAU;
 
 use flexid_core::chain::Link;
-use flexid_core::imperfection::Imperfection;
+use flexid_core::imperfection::{GROUND_LAG, Group, Imperfection};
 use flexid_core::parameters::{Bushing, Bushings};
 use flexid_core::receptance::Complex;
 use flexid_core::refine::Mechanics;
@@ -31,8 +31,6 @@ const GYRATION_M: f64 = 0.3;
 /// Least natural frequency of the turns of the base on its ground, in upper edges of the band. Chosen: at the edge its inertia then changes the
 /// compliance of the ground by 1.6 %.
 const ABOVE: f64 = 8.0;
-/// Damping over stiffness of rigid ground in formats that cannot leave it out, s: that of ground which gives way.
-const LAG_S: f64 = 1e-4;
 /// Relative difference of a value that is rounding.
 const ROUNDING: f64 = 1e-9;
 
@@ -92,7 +90,8 @@ pub(crate) fn ground<'a>(
     let of = |dof: usize| -> [f64; 2] {
         let (c, e) = (compliance[dof], value(Imperfection::GroundDamping(dof)));
         if c < RIGID {
-            return [f64::INFINITY, LAG_S / RIGID];
+            // In formats that cannot leave rigid ground out, it is as lossy as one that gives way.
+            return [f64::INFINITY, GROUND_LAG / RIGID];
         }
         let size = c * c + omega * omega * e * e;
         [c / size, e / size]
@@ -144,19 +143,8 @@ pub(crate) fn heading(robot: &Robot, stands: bool) -> Vec<String> {
         robot.imperfections.iter().filter(move |(own, value)| is_wanted(own) && *value != 0.0)
     };
     let mut lines = Vec::new();
-    let places = found(|own| {
-        matches!(
-            own,
-            Imperfection::Mass(_)
-                | Imperfection::Inertia(..)
-                | Imperfection::CentreOfMass(..)
-                | Imperfection::JointAngle(_)
-                | Imperfection::ElasticCentre(..)
-                | Imperfection::ToolTurn(_)
-                | Imperfection::ToolCentrePoint(_)
-                | Imperfection::Ground(_)
-        )
-    });
+    let places =
+        found(|own| own.facts().group == Group::Geometry || matches!(own, Imperfection::Ground(_)));
     if places.count() > 0 {
         lines.push(
             "Masses, places and ground are those of the model with the imperfections that the fit has found, at this pose: they differ from those of \
@@ -164,9 +152,7 @@ pub(crate) fn heading(robot: &Robot, stands: bool) -> Vec<String> {
                 .to_owned(),
         );
     }
-    let depends = found(|own| {
-        matches!(own, Imperfection::Hysteresis | Imperfection::Servo(_) | Imperfection::Load)
-    });
+    let depends = found(|own| own.facts().group == Group::Impedance);
     if depends.count() > 0 && stands {
         lines.push(format!(
             "Springs and dampers are those at {:.1} Hz under the load at this pose: hysteresis, and drives that stiffen with frequency and load, make them \

@@ -226,12 +226,11 @@ impl Robot {
 
 /// Returns whether an imperfection can have this value.
 fn is_in_range(imperfection: Imperfection, value: f64) -> bool {
-    match imperfection {
-        Imperfection::Mass(_)
-        | Imperfection::Inertia(..)
-        | Imperfection::BaseMass
-        | Imperfection::RecordStiffness(_) => value.abs() <= LARGEST_LOGARITHM,
-        _ => value.is_finite() && !(imperfection.is_positive() && value < 0.0),
+    let facts = imperfection.facts();
+    if facts.is_factor || matches!(imperfection, Imperfection::Inertia(..)) {
+        value.abs() <= LARGEST_LOGARITHM
+    } else {
+        value.is_finite() && !(facts.is_positive && value < 0.0)
     }
 }
 

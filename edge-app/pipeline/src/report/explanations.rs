@@ -3,13 +3,13 @@
 use std::f64::consts::TAU;
 
 use flexid_core::identify::PlantEstimate;
-use flexid_core::imperfection::Imperfection;
+use flexid_core::imperfection::Form;
 use flexid_core::refine::{self, FoundImperfection};
 use flexid_wire::explanation::{Deviation, Explanation};
 use flexid_wire::text::clipped;
 use flexid_wire::warning::Warning;
 
-use super::kind::{entry, is_factor, is_listed, name, sensor, unit};
+use super::kind::{entry, is_listed, name, unit};
 use super::residuals::Residuals;
 use crate::model::Model;
 
@@ -77,21 +77,20 @@ fn deviation(found: &FoundImperfection, model: &Model, residuals: Residuals) -> 
     let FoundImperfection { imperfection, prior, value, deviation } = *found;
     let prior = prior / imperfection.prior_over_accuracy();
     let name = name(imperfection, model);
-    let (name, value, slope, accuracy, unit) = match imperfection {
+    let filter = |kind| clipped(name.replace("1/omega^2", kind));
+    let (name, value, slope, accuracy, unit) = match imperfection.entry().form {
         // f = 1/(2π √v), and df/dv = −f/(2v).
-        Imperfection::Resonance(of) if value > 0.0 => {
-            let name = clipped(format_args!("{} resonance", sensor(of)));
-            (name, hz(value), 0.5 * hz(value) / value, hz(prior), "Hz")
+        Form::Resonance if value > 0.0 => {
+            (filter("resonance"), hz(value), 0.5 * hz(value) / value, hz(prior), "Hz")
         }
         // Below zero there is no such frequency. v = −1/(2ω²) is a low-pass of first order with the corner ω.
-        Imperfection::Resonance(of) if value < 0.0 => {
-            let name = clipped(format_args!("{} low-pass", sensor(of)));
+        Form::Resonance if value < 0.0 => {
             let corner = hz(-2.0 * value);
-            (name, corner, 0.5 * corner / -value, hz(prior), "Hz")
+            (filter("low-pass"), corner, 0.5 * corner / -value, hz(prior), "Hz")
         }
-        Imperfection::HighPass(_) => (name, value / TAU, 1.0 / TAU, prior / TAU, "Hz"),
-        Imperfection::Load => (name, 1e3 * value, 1e3, 1e3 * prior, "1/kNm"),
-        _ if is_factor(imperfection) => (name, value.exp_m1(), value.exp(), prior, ""),
+        Form::Corner => (name, value / TAU, 1.0 / TAU, prior / TAU, "Hz"),
+        Form::PerKilo => (name, 1e3 * value, 1e3, 1e3 * prior, "1/kNm"),
+        _ if imperfection.facts().is_factor => (name, value.exp_m1(), value.exp(), prior, ""),
         _ => (name, value, 1.0, prior, unit(imperfection, model)),
     };
     Deviation {
@@ -113,7 +112,7 @@ fn hz(squared_period: f64) -> f64 {
 mod tests {
     use std::path::Path;
 
-    use flexid_core::imperfection::Sensor;
+    use flexid_core::imperfection::{Imperfection, Sensor};
 
     use super::*;
     use crate::config::Config;

@@ -1,12 +1,13 @@
 //! The imperfections that the data show.
 
+use flexid_core::imperfection::Stated;
 use flexid_core::refine::FoundImperfection;
 use flexid_core::verdict::Trust;
 use flexid_wire::confidence::Nuisance;
 use flexid_wire::text::clipped;
 
 use super::interval::{log_normal, normal};
-use super::kind::{entry, has_entry, is_factor, is_listed, name, unit};
+use super::kind::{entry, is_listed, name, unit};
 use super::residuals::Residuals;
 use super::verdict::verdict;
 use crate::model::Model;
@@ -48,14 +49,15 @@ fn nuisance(
     let FoundImperfection { imperfection, prior, value, deviation } = *found;
     // What is larger than its accuracy is known by its own size.
     let (own, _) = trust.verdict(1.0, deviation / prior.max(value.abs()));
-    let is_factor = is_factor(imperfection);
+    let facts = imperfection.facts();
+    let is_factor = facts.is_factor;
     let value = if is_factor { value.exp() } else { value };
     let std = residuals.inflate(deviation).map(|std| if is_factor { std * value } else { std });
     let interval = if is_factor { log_normal } else { normal };
     Nuisance {
         name: name(imperfection, model),
         entry: Some(entry(imperfection)),
-        accuracy: has_entry(imperfection).then(|| prior / imperfection.prior_over_accuracy()),
+        accuracy: (facts.stated == Stated::ByEntry).then(|| prior / facts.prior_over_accuracy),
         unit: clipped(unit(imperfection, model)),
         value,
         std,
