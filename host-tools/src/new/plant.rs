@@ -3,15 +3,12 @@
 use std::fmt::Write as _;
 
 use flexid_core::MAX_JOINTS;
-use flexid_core::imperfection::{Accuracies, BASE_OVER_MOVING, SPREAD_OVER_INERTIA};
+use flexid_core::imperfection::{Accuracies, BASE_OVER_MOVING, GROUND_LAG, SPREAD_OVER_INERTIA};
 use flexid_pipeline::model::Model;
 use rand_core::{Rng, SeedableRng as _};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
 use super::SEED;
-
-/// Damping of ground and hose over their stiffness, s. Chosen: a loss factor of 3 % at 50 Hz, as of bolted steel.
-const LAG: f64 = 1e-4;
 
 /// Part of an accuracy up to which errors are drawn. Chosen: a plant of a careful integrator, which three cuts tell from the robot.
 const PART: f64 = 0.5;
@@ -106,7 +103,7 @@ pub(super) fn text(model: &Model) -> String {
         let stiffness: [f64; 6] = std::array::from_fn(|dof| {
             stiff(if dof < 3 { typical.ground_translation } else { typical.ground_rotation })
         });
-        let damping = stiffness.map(|own| tidy(LAG * own));
+        let damping = stiffness.map(|own| tidy(GROUND_LAG * own));
         let _ = write!(
             text,
             "\n[pedestal]\nmass_kg = {mass:?}\nstiffness = {stiffness:?}\ndamping = {damping:?}\n"

@@ -10,11 +10,11 @@
 //! The matrices' changes are differences of those of the simulator's robots, whose plants differ in this imperfection alone. A sensor's
 //! imperfections are multiples of its signal. What the imperfections mean, [`Imperfection`] says.
 
-use std::f64::consts::{FRAC_2_PI, SQRT_2, TAU};
+use std::f64::consts::{FRAC_2_PI, TAU};
 
 use anyhow::{Result, anyhow};
 use flexid_core::chain::{Chain, JointKind};
-use flexid_core::imperfection::{Accuracies, Imperfection, Sensor};
+use flexid_core::imperfection::{Imperfection, Sensor};
 use flexid_simulation::experiment::Cut;
 use flexid_simulation::plant::Plant;
 use nalgebra::{Complex, DMatrix, DVector, Isometry3, Matrix3, Translation3, Vector3};
@@ -27,55 +27,6 @@ use crate::plants::with;
 const STEP: f64 = 1e-2;
 /// Rate from which on a drive is stiffer, 1/s.
 const SERVO: f64 = TAU * 10.0;
-
-/// Damping of the ground over its stiffness, s.
-pub(crate) const GROUND_LAG_S: f64 = 1e-4;
-
-/// All imperfections of a robot with so many joints, milling so many records, each with its standard deviation.
-pub(crate) fn all(own: &Accuracies, joints: usize, records: usize) -> Vec<(Imperfection, f64)> {
-    use Imperfection as I;
-    let mut all = vec![(I::Delay, own.delay), (I::Hysteresis, own.hysteresis), (I::Load, own.load)];
-    for (sensor, own) in [(Sensor::Force, &own.force), (Sensor::Accelerometer, &own.accelerometer)]
-    {
-        all.push((I::Resonance(sensor), own.resonance));
-        all.push((I::HighPass(sensor), own.high_pass));
-        for axis in 0..3 {
-            all.push((I::Gain(sensor, axis), own.gain));
-            all.push((I::Turn(sensor, axis), own.angle));
-            let others = [1, 2].map(|further| (axis + further) % 3);
-            all.extend(others.map(|other| (I::Crosstalk(sensor, axis, other), own.crosstalk)));
-        }
-    }
-    for axis in 0..3 {
-        all.push((I::ToolTurn(axis), own.tool_angle));
-        all.push((I::ToolCentrePoint(axis), own.tool_centre_point));
-        all.push((I::AccelerometerPlace(axis), own.accelerometer_place));
-    }
-    for joint in 0..joints {
-        all.push((I::Mass(joint), own.mass));
-        all.extend((0..6).map(|entry| (I::Inertia(joint, entry), SQRT_2 * own.inertia)));
-        all.push((I::JointAngle(joint), own.joint_angle));
-        all.push((I::Servo(joint), own.servo));
-        for axis in 0..3 {
-            all.push((I::CentreOfMass(joint, axis), own.centre_of_mass));
-            all.push((I::ElasticCentre(joint, axis), own.elastic_centre));
-        }
-    }
-    for dof in 0..6 {
-        let compliance = if dof < 3 { own.ground_translation } else { own.ground_rotation };
-        all.push((I::Ground(dof), compliance));
-        all.push((I::GroundDamping(dof), GROUND_LAG_S * compliance));
-    }
-    all.push((I::DelayDrift, own.delay_drift));
-    all.push((I::BaseMass, own.base_mass));
-    all.push((I::Hose, own.hose));
-    all.push((I::HoseDamping, own.hose_damping));
-    for record in 0..records {
-        all.push((I::RecordDelay(record), own.record_delay));
-        all.push((I::RecordStiffness(record), own.record_stiffness));
-    }
-    all
-}
 
 /// Derivative of the reading of record `number` by an imperfection, in its standard deviation.
 pub(crate) fn column(

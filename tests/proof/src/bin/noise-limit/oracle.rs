@@ -11,13 +11,14 @@
 //! 1968, section 2.4.)
 
 use anyhow::Result;
-use flexid_core::imperfection::Accuracies;
+use flexid_core::chain::JointKind;
+use flexid_core::imperfection::{Accuracies, Imperfection, possible};
 use flexid_core::parameters::Bushing;
 use flexid_simulation::experiment::Cut;
 use nalgebra::DMatrix;
 
 use crate::bound::{Column, Milled, covariance};
-use crate::imperfect::{all, column};
+use crate::imperfect::column;
 use crate::linear::motion;
 use crate::records::SAMPLES;
 use crate::study::Study;
@@ -31,7 +32,9 @@ pub(crate) fn deviations(
 ) -> Result<Vec<f64>> {
     let chain = &study.chain;
     let parameters = 12 * bushings.len();
-    let imperfections = all(accuracies, bushings.len(), cuts.len());
+    let joints: Vec<JointKind> = chain.joints().iter().map(|joint| joint.kind).collect();
+    let stated = |own: Imperfection| (own, own.accuracy(accuracies));
+    let imperfections: Vec<_> = possible(&joints, cuts.len()).map(stated).collect();
     let unknowns = parameters + imperfections.len();
     let mut information = DMatrix::from_diagonal_element(unknowns, unknowns, 1.0);
     for (joint, ranges) in study.scenario.bounds.joints[..bushings.len()].iter().enumerate() {

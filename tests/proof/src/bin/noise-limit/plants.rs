@@ -3,10 +3,10 @@
 //! The robot moves in time with its true geometry, masses and sensors. The fit is that of the default configuration: imperfections
 //! have typical accuracies. At the noise limit, plant and model are perfect.
 
-use std::f64::consts::{SQRT_2, TAU};
+use std::f64::consts::TAU;
 
 use anyhow::{Result, ensure};
-use flexid_core::imperfection::{Accuracies, SensorAccuracies};
+use flexid_core::imperfection::{Accuracies, GROUND_LAG, SPREAD_OVER_INERTIA, SensorAccuracies};
 use flexid_core::parameters::{Bushing, Bushings};
 use flexid_core::verdict::{Trust, Verdict};
 use flexid_simulation::experiment::{Cut, Response};
@@ -18,7 +18,6 @@ use rayon::prelude::*;
 use crate::common::Random;
 use crate::figure::{Figure, median};
 use crate::find::{Found, find, find_on_plant};
-use crate::imperfect::GROUND_LAG_S;
 use crate::intervals::{Intervals, percent};
 use crate::oracle;
 use crate::records::{Record, Sensors, Signals};
@@ -341,7 +340,9 @@ fn drawn(accuracies: &Accuracies, joints: usize, band_hz: [f64; 2], random: &mut
                 .map(|_| three(accuracies.elastic_centre, random))
                 .collect(),
             spread: (0..joints)
-                .map(|_| [(); 6].map(|()| SQRT_2 * accuracies.inertia * random.normal()))
+                .map(|_| {
+                    [(); 6].map(|()| SPREAD_OVER_INERTIA * accuracies.inertia * random.normal())
+                })
                 .collect(),
             ..Robot::default()
         },
@@ -390,7 +391,7 @@ fn ground(accuracies: &Accuracies, random: &mut Random) -> Pedestal {
         let deviation = if dof < 3 { ground_translation } else { ground_rotation };
         1.0 / (deviation * random.normal().abs()).max(RIGID)
     });
-    let damping = stiffness.map(|own| GROUND_LAG_S * random.normal().abs() * own);
+    let damping = stiffness.map(|own| GROUND_LAG * random.normal().abs() * own);
     Pedestal { mass_kg: BASE_KG, stiffness, damping }
 }
 
