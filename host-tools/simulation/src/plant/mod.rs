@@ -20,6 +20,7 @@ pub mod chain;
 pub mod clock;
 pub mod elements;
 pub mod filter;
+mod imperfections;
 pub mod interpolation;
 pub mod joints;
 pub mod motion;

@@ -82,42 +82,6 @@ pub(crate) fn column(
     Ok(Box::new(move |bin| column(bin) * Complex::from(deviation)))
 }
 
-/// The plant whose only imperfection has this value; it is one of the matrices.
-fn plant(imperfection: Imperfection, joints: usize, value: f64) -> Plant {
-    use Imperfection as I;
-    with(|plant| {
-        let Plant { force_sensor, accelerometer, tool, robot, .. } = plant;
-        match imperfection {
-            I::Turn(Sensor::Force, axis) => force_sensor.angle_rad[axis] = value,
-            I::Turn(Sensor::Accelerometer, axis) => accelerometer.angle_rad[axis] = value,
-            I::ToolTurn(axis) => tool.angle_rad[axis] = value,
-            I::ToolCentrePoint(axis) => tool.tcp_m[axis] = value,
-            I::AccelerometerPlace(axis) => accelerometer.offset_m[axis] = value,
-            I::Mass(link) => {
-                robot.mass = vec![1.0; joints];
-                robot.mass[link] = value.exp();
-            }
-            I::Inertia(link, entry) => {
-                robot.spread = vec![[0.0; 6]; joints];
-                robot.spread[link][entry] = value;
-            }
-            I::JointAngle(joint) => {
-                robot.joint_angle_rad = vec![0.0; joints];
-                robot.joint_angle_rad[joint] = value;
-            }
-            I::CentreOfMass(link, axis) => {
-                robot.centre_of_mass_m = vec![[0.0; 3]; joints];
-                robot.centre_of_mass_m[link][axis] = value;
-            }
-            I::ElasticCentre(joint, axis) => {
-                robot.elastic_centre_m = vec![[0.0; 3]; joints];
-                robot.elastic_centre_m[joint][axis] = value;
-            }
-            _ => {}
-        }
-    })
-}
-
 /// The matrices of a prediction, or their derivatives.
 struct Matrices {
     mass: DMatrix<f64>,
@@ -157,7 +121,8 @@ fn dense(of: nalgebra::Matrix3xX<f64>) -> DMatrix<f64> {
 
 fn of_matrices(milled: &Milled<'_>, imperfection: Imperfection, step: f64) -> Result<Column> {
     let joints = milled.chain.joints().len();
-    let at = |value: f64| Matrices::of(&plant(imperfection, joints, value), milled);
+    let plant = |value: f64| with(|plant| plant.add(imperfection, value, joints));
+    let at = |value: f64| Matrices::of(&plant(value), milled);
     let (up, down) = (at(step)?, at(-step)?);
     let slope = |of: &dyn Fn(&Matrices) -> &DMatrix<f64>| {
         ((of(&up) - of(&down)) / (2.0 * step)).map(Complex::from)

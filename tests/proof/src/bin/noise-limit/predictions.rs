@@ -5,9 +5,8 @@
 //! against a dense model.
 
 use anyhow::{Context, Result, ensure};
-use flexid_core::chain::Chain;
 use flexid_core::identify::Acceptance;
-use flexid_core::imperfection::{Accuracies, BASE_OVER_MOVING, Imperfection as I};
+use flexid_core::imperfection::Accuracies;
 use flexid_pipeline::robot::{FoundRobot, FoundValue};
 use flexid_prediction::Robot;
 use flexid_prediction::receptance::grid;
@@ -130,8 +129,10 @@ fn predicted(
         let found = FoundRobot::new(&study.config, sought, &of_plant.estimate, on_plant, &poses);
         (plant, bushings, found, of_plant.estimate)
     };
-    let mut truth =
-        FoundRobot { imperfections: imperfections(&plant, &study.chain), ..found.clone() };
+    let imperfections = plant.imperfections(&study.chain).into_iter();
+    let imperfections =
+        imperfections.map(|(imperfection, value)| FoundValue { imperfection, value }).collect();
+    let mut truth = FoundRobot { imperfections, ..found.clone() };
     let size = 12 * study.chain.joints().len() + truth.imperfections.len();
     truth.covariance = vec![0.0; size * (size + 1) / 2];
     Ok(Some(Predicted {
@@ -208,47 +209,4 @@ fn scores(study: &Study, predicted: &Predicted, number: u64, details: bool) -> R
         );
     }
     Ok(scores)
-}
-
-/// The imperfections of a drawn plant that move the robot.
-fn imperfections(plant: &Plant, chain: &Chain) -> Vec<FoundValue> {
-    let joints = chain.joints().len();
-    let Plant { tool, robot, joints: bushings, pedestal, hose, .. } = plant;
-    let mut all = Vec::new();
-    if let Some(ground) = pedestal {
-        let moving_kg: f64 = chain.joints().iter().map(|joint| joint.link.mass).sum();
-        all.push((I::BaseMass, (ground.mass_kg / (BASE_OVER_MOVING * moving_kg)).ln()));
-        for dof in 0..6 {
-            let compliance = 1.0 / ground.stiffness[dof];
-            all.push((I::Ground(dof), compliance));
-            all.push((I::GroundDamping(dof), ground.damping[dof] * compliance * compliance));
-        }
-    }
-    if let Some(hose) = hose {
-        all.push((I::Hose, hose.stiffness_n_per_m));
-        all.push((I::HoseDamping, hose.damping_ns_per_m));
-    }
-    for axis in 0..3 {
-        all.push((I::ToolTurn(axis), tool.angle_rad[axis]));
-        all.push((I::ToolCentrePoint(axis), tool.tcp_m[axis]));
-    }
-    for joint in 0..joints {
-        let of = |values: &[f64], none: f64| values.get(joint).copied().unwrap_or(none);
-        all.push((I::Mass(joint), of(&robot.mass, 1.0).ln()));
-        let spread = robot.spread.get(joint).copied().unwrap_or_default();
-        let common = of(&robot.inertia, 1.0).ln();
-        let of_axes = |entry| if entry < 3 { common } else { 0.0 };
-        all.extend((0..6).map(|entry| (I::Inertia(joint, entry), spread[entry] + of_axes(entry))));
-        all.push((I::JointAngle(joint), of(&robot.joint_angle_rad, 0.0)));
-        all.push((I::Servo(joint), bushings.servo));
-        for axis in 0..3 {
-            let of = |values: &[[f64; 3]]| values.get(joint).map_or(0.0, |own| own[axis]);
-            all.push((I::CentreOfMass(joint, axis), of(&robot.centre_of_mass_m)));
-            all.push((I::ElasticCentre(joint, axis), of(&robot.elastic_centre_m)));
-        }
-    }
-    all.push((I::Hysteresis, bushings.hysteretic));
-    all.push((I::Load, 1e-3 * bushings.loaded_per_knm));
-    let values = all.into_iter().map(|(imperfection, value)| FoundValue { imperfection, value });
-    values.collect()
 }

@@ -1,6 +1,5 @@
 use flexid_core::sensors::Accelerometer;
 use flexid_simulation::plant::motion::{Surroundings, Work};
-use flexid_simulation::plant::{Hose, Pedestal};
 use realfft::RealFftPlanner;
 
 use super::*;
@@ -8,35 +7,14 @@ use crate::linear::motion;
 use crate::records::SAMPLES;
 use crate::study::{Purpose, Study, random};
 
-/// Plants whose only imperfection has this value; `plant` knows those of the matrices.
+/// The plant of three joints whose only imperfection has this value.
 fn imperfect(imperfection: Imperfection, value: f64) -> Plant {
-    match imperfection {
-        Imperfection::Delay => with(|plant| plant.accelerometer.clock.late_s = value),
-        Imperfection::DelayDrift => with(|plant| plant.accelerometer.clock.ppm = -1e6 * value),
-        Imperfection::Hysteresis => with(|plant| {
-            plant.joints.hysteretic = value;
-            plant.joints.hysteretic_at_hz = 20.0;
-        }),
-        Imperfection::Servo(_) => with(|plant| plant.joints.servo = value),
-        Imperfection::Load => with(|plant| plant.joints.loaded_per_knm = 1e3 * value),
-        Imperfection::Hose => hose(value, 0.0),
-        Imperfection::HoseDamping => hose(0.0, value),
-        Imperfection::Ground(dof) => on_ground(dof, 1.0 / value.max(1e-14), 0.0),
-        Imperfection::GroundDamping(dof) => on_ground(dof, 3e10, 9e20 * value),
-        other => plant(other, 3, value),
-    }
-}
-
-fn hose(stiffness_n_per_m: f64, damping_ns_per_m: f64) -> Plant {
-    with(|plant| plant.hose = Some(Hose { stiffness_n_per_m, damping_ns_per_m }))
-}
-
-/// A plant on ground that gives way along one degree of freedom.
-fn on_ground(dof: usize, stiffness: f64, damping: f64) -> Plant {
-    let (mut all, mut dampings) = ([1e14; 6], [0.0; 6]);
-    (all[dof], dampings[dof]) = (stiffness, damping);
     with(|plant| {
-        plant.pedestal = Some(Pedestal { mass_kg: 1e-3, stiffness: all, damping: dampings });
+        // The damping is over the square of a stiffness.
+        if let Imperfection::GroundDamping(dof) = imperfection {
+            plant.add(Imperfection::Ground(dof), 1.0 / 3e10, 3);
+        }
+        plant.add(imperfection, value, 3);
     })
 }
 
