@@ -96,7 +96,7 @@ pub struct Entry {
     pub key: &'static str,
     /// The accuracy that it states.
     pub own: fn(&mut Accuracies) -> &mut f64,
-    /// What it states if a careful integrator has set up the robot.
+    /// Value of a robot that a careful integrator has set up.
     pub typical: f64,
     /// Largest value that may be stated. Beyond it what is off must be corrected itself. Infinite for a filter: the band has its limits.
     pub most: f64,
@@ -224,7 +224,7 @@ impl Entry {
         Self { may_be_loose: true, ..self }
     }
 
-    /// What it states, in SI units.
+    /// A stated value in SI units.
     pub fn si(&self, stated: f64) -> f64 {
         match self.form {
             Form::Si => stated,

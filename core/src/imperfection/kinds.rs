@@ -1,4 +1,4 @@
-//! Kinds of imperfections: one row of [`FACTS`] holds all that is known of a kind, apart from its physics (`refine::plant`) and what it asks of people
+//! Kinds of imperfections. A row of [`FACTS`] holds all that is known of a kind, but for its physics (`refine::plant`) and its advice to people
 //! (`flexid_wire::accuracy`).
 
 use super::accuracies::{Accuracies, Entry, entry};
@@ -110,13 +110,8 @@ pub enum Place {
     Only,
     /// An axis, 0 to 2.
     Axis(usize),
-    /// From one axis into another.
-    Pair {
-        /// The axis whose reading has a part of the other's.
-        into: usize,
-        /// The other.
-        from: usize,
-    },
+    /// An axis whose reading has a part of another's, and that other one.
+    Pair(usize, usize),
     /// A joint or its link, from 0, base first.
     Joint(usize),
     /// A joint or its link, and an axis or an entry of its spread.
@@ -127,7 +122,7 @@ pub enum Place {
     Record(usize),
 }
 
-/// What an imperfection changes.
+/// Part of a robot, of its surroundings or of their readings that an imperfection changes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Group {
     /// The reading of a sensor along each axis by itself.
@@ -140,20 +135,20 @@ pub enum Group {
     Impedance,
     /// The ground below the robot.
     Ground,
-    /// What hangs on the tool.
+    /// Hoses and cables on the tool.
     Hose,
     /// A single record.
     Record,
 }
 
-/// What states the accuracy of a kind.
+/// Statement that gives a kind its accuracy.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stated {
     /// Its entry.
     ByEntry,
-    /// Its accuracy follows from the entry of another kind.
+    /// The entry of another kind, from which it follows.
     ByAnother,
-    /// The same, and a report names the other alone.
+    /// Likewise, and a report names the other kind alone.
     WithAnother,
 }
 
@@ -194,7 +189,7 @@ enum Kind {
     RollOff,
 }
 
-/// What is known of a kind of imperfections.
+/// Facts of a kind of imperfections.
 #[derive(Clone, Copy, Debug)]
 pub struct Facts {
     kind: Kind,
@@ -203,7 +198,7 @@ pub struct Facts {
     /// SI units of those along an axis, and of those about one. Empty for a part, and for the logarithm of a factor or of a spread.
     pub units: [&'static str; 2],
     entries: [&'static Entry; 2],
-    /// What it changes.
+    /// Part that it changes.
     pub group: Group,
     /// Largest number of imperfections of the kind.
     pub(super) most: usize,
@@ -213,7 +208,7 @@ pub struct Facts {
     pub is_factor: bool,
     /// True if its derivative is that of the model's matrices. Else its derivative is a multiple of readings, forces or impedances.
     pub(super) is_of_model: bool,
-    /// What states its accuracy.
+    /// Statement of its accuracy.
     pub stated: Stated,
     /// Its accuracy over what the entry states.
     times: f64,
@@ -337,11 +332,9 @@ impl Imperfection {
             Self::Delay => (Kind::Delay, Place::Only),
             Self::Gain(Force, axis) => (Kind::ForceGain, Place::Axis(axis)),
             Self::Gain(Accelerometer, axis) => (Kind::AccelerationGain, Place::Axis(axis)),
-            Self::Crosstalk(Force, into, from) => {
-                (Kind::ForceCrosstalk, Place::Pair { into, from })
-            }
+            Self::Crosstalk(Force, into, from) => (Kind::ForceCrosstalk, Place::Pair(into, from)),
             Self::Crosstalk(Accelerometer, into, from) => {
-                (Kind::AccelerationCrosstalk, Place::Pair { into, from })
+                (Kind::AccelerationCrosstalk, Place::Pair(into, from))
             }
             Self::Turn(Force, axis) => (Kind::ForceTurn, Place::Axis(axis)),
             Self::Turn(Accelerometer, axis) => (Kind::AccelerometerTurn, Place::Axis(axis)),
@@ -378,7 +371,7 @@ impl Imperfection {
         self.parts().0 as usize
     }
 
-    /// What is known of its kind.
+    /// Facts of its kind.
     pub fn facts(self) -> &'static Facts {
         &FACTS[self.kind()]
     }

@@ -8,8 +8,8 @@
 //! Schmidt, "Application of state-space methods to navigation problems", 1966; Bierman, _Factorization Methods for Discrete
 //! Sequential Estimation_, 1977, chapter 8).
 //!
-//! What is known of a kind stands in one row of [`FACTS`], and of its accuracy in one of [`ENTRIES`]: configuration, reports and exports read
-//! them. A further kind has its physics in `refine::plant`, its advice in `flexid_wire::accuracy`, and its place in the simulator's plant.
+//! A row of [`FACTS`] has all facts of a kind, and a row of [`ENTRIES`] those of its accuracy: configuration, reports and exports read them.
+//! A further kind has its physics in `refine::plant`, its advice in `flexid_wire::accuracy`, and its place in the simulator's plant.
 
 mod accuracies;
 mod correction;

@@ -70,7 +70,7 @@ pub enum Accuracy {
     DelayDrift,
 }
 
-/// What is known of an entry.
+/// Facts of an entry.
 struct Facts {
     key: &'static str,
     advice: &'static str,

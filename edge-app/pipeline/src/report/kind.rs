@@ -23,7 +23,7 @@ pub(super) fn name(imperfection: Imperfection, model: &Model) -> Label {
     let words = match imperfection.place() {
         Place::Only => vec![],
         Place::Axis(axis) => vec![word("{axis}", AXES[axis])],
-        Place::Pair { into, from } => vec![word("{axis}", AXES[into]), word("{from}", AXES[from])],
+        Place::Pair(into, from) => vec![word("{axis}", AXES[into]), word("{from}", AXES[from])],
         Place::Joint(own) => vec![joint(own)],
         Place::InJoint(own, entry) if name.contains("{spread}") => {
             vec![word("{spread}", SPREADS[entry]), joint(own)]
