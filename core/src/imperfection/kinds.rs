@@ -71,15 +71,15 @@ pub enum Imperfection {
     /// other. The same along all axes is the logarithm of the inertia.
     Inertia(usize, usize),
     /// Part of all dampings that is hysteretic: it dissipates the same at each frequency, and the stiffness grows with the logarithm of
-    /// the frequency. Stiffness and damping are then those at [`REFERENCE_HZ`].
+    /// the frequency. Stiffness and damping are then those at [`REFERENCE_HZ`](super::REFERENCE_HZ).
     Hysteresis,
     /// Relative growth of the stiffness of a drive, along or about the axis of its joint, from below 10 Hz to above.
     Servo(usize),
     /// Relative growth of the stiffness of all drives with the magnitude of the load of gravity on them, 1/Nm (or 1/N).
     Load,
     /// Compliance 1/k of the ground along (0 to 2) or about (3 to 5) an axis of the base, at its origin, m/N or rad/Nm. The base, which the
-    /// model lacks, is a point of [`BASE_OVER_MOVING`] of the robot's mass there. A robot whose first joint is fixed has none: that joint is
-    /// the ground's own.
+    /// model lacks, is a point of [`BASE_OVER_MOVING`](super::BASE_OVER_MOVING) of the robot's mass there. A robot whose first joint is
+    /// fixed has none: that joint is the ground's own.
     Ground(usize),
     /// Damping of the ground over the square of its stiffness, `d/k²`, along the same, m s/N or rad s/Nm.
     GroundDamping(usize),
@@ -87,7 +87,8 @@ pub enum Imperfection {
     RecordDelay(usize),
     /// Logarithm of all stiffnesses in one record, by its number from 0.
     RecordStiffness(usize),
-    /// Logarithm of the mass of the base over [`BASE_OVER_MOVING`] of the robot's. It has an effect where the ground gives way.
+    /// Logarithm of the mass of the base over [`BASE_OVER_MOVING`](super::BASE_OVER_MOVING) of the robot's. It has an effect where the ground
+    /// gives way.
     BaseMass,
     /// Stiffness k of hoses and cables between the ground and the TCP, the same along all axes, N/m: they pull with `k + s d` times the
     /// displacement of the TCP.
