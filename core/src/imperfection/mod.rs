@@ -65,27 +65,9 @@ impl Imperfection {
     pub(crate) fn exponent(self) -> f64 {
         match self {
             Self::Gain(Sensor::Force, _) => 1.0,
-            Self::Gain(Sensor::Accelerometer, _) | Self::Mass(_) | Self::BaseMass => -1.0,
+            _ if self.facts().is_factor => -1.0,
             _ => 0.0,
         }
-    }
-
-    /// Returns whether it changes how far the robot gives way to a load that rests. Inertias and dampings do not, nor does a drive that is stiffer
-    /// at high frequencies.
-    pub(crate) fn shows_at_rest(self) -> bool {
-        matches!(
-            self,
-            Self::ToolTurn(_)
-                | Self::ToolCentrePoint(_)
-                | Self::Mass(_)
-                | Self::CentreOfMass(..)
-                | Self::JointAngle(_)
-                | Self::ElasticCentre(..)
-                | Self::Hysteresis
-                | Self::Load
-                | Self::Ground(_)
-                | Self::Hose
-        )
     }
 
     /// Returns whether it changes how the robot moves, and not only what its sensors read or a single record.

@@ -39,7 +39,7 @@ impl<'a> Statics<'a> {
         coordinates: &Coordinates,
         imperfections: impl Iterator<Item = (Imperfection, f64)>,
     ) -> Self {
-        let shows = |own: &(Imperfection, f64)| own.0.shows_at_rest() && own.1 != 0.0;
+        let shows = |own: &(Imperfection, f64)| own.0.is_of_robot() && own.1 != 0.0;
         Self {
             problem,
             bushings: problem.sought.bushings(coordinates),
@@ -118,7 +118,7 @@ impl<'a> Statics<'a> {
         model: &Deflection,
         rows: &mut Rows,
     ) -> Result<(), LinearisationError> {
-        let shown = || self.sought.iter().enumerate().filter(|(_, (own, _))| own.shows_at_rest());
+        let shown = || self.sought.iter().enumerate().filter(|(_, (own, _))| own.is_of_robot());
         if shown().next().is_none() {
             return Ok(());
         }

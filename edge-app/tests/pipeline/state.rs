@@ -7,6 +7,7 @@ use std::time::{Duration, Instant};
 use std::{fs, thread};
 
 use crossbeam_channel::{Sender, bounded};
+use flexid_core::imperfection::Accuracies;
 use flexid_core::parameters::Bushing;
 use flexid_core::stream::StreamHealth;
 use flexid_edge::daemon::{self, Daemon};
@@ -97,8 +98,18 @@ fn kept(state: &State) -> State {
 
 #[test]
 fn a_solver_goes_on_as_if_nothing_had_happened() {
-    on_a_large_stack(|| {
-        let config = config();
+    goes_on_as_if_nothing_had_happened(config());
+}
+
+/// Records retire with the imperfections that they share.
+#[test]
+fn a_solver_of_a_plant_goes_on_as_if_nothing_had_happened() {
+    let accuracies = Accuracies::typical();
+    goes_on_as_if_nothing_had_happened(Config { accuracies, ..config() });
+}
+
+fn goes_on_as_if_nothing_had_happened(config: Config) {
+    on_a_large_stack(move || {
         let records = records(&config, visits(&config, &VISITS));
         let whole = solver(&config, &records);
         let expected = timeless_finding(&whole);
@@ -295,7 +306,7 @@ fn the_records_of_the_previous_format_are_fitted_anew() {
     });
 }
 
-/// The file of a daemon that wrote format 8 and fit 3.
+/// The file of a daemon that wrote format 8 and fit 4.
 #[test]
 fn the_fit_of_this_version_stays() {
     on_a_large_stack(|| {
@@ -339,12 +350,12 @@ fn records_outlive_the_format_of_the_fit() {
         let records = records(&config, visits(&config, &POSES));
         let state = solver(&config, &records[..2]).state(&Counts::default(), &[]);
         let bytes = store::encode(&state).unwrap();
-        // Behind the header: the checksums of the config, and three counts of 0; then the fit is there, of version 3, behind its length.
+        // Behind the header: the checksums of the config, and three counts of 0; then the fit is there, of version 4, behind its length.
         let header = 20;
         let (_, rest) =
             postcard::take_from_bytes::<([u32; 11], [u64; 3])>(&bytes[header..]).unwrap();
         let version = bytes.len() - rest.len() + 1;
-        assert_eq!(bytes[version - 1..=version], [1, 3]);
+        assert_eq!(bytes[version - 1..=version], [1, 4]);
         let changed = |change: fn(&mut [u8])| {
             let mut bytes = bytes.clone();
             change(&mut bytes[version..]);

@@ -41,10 +41,13 @@ pub struct Format7 {
     fingerprint: Fingerprint,
     earlier: Earlier,
     #[expect(dead_code, reason = "it stands before the records")]
-    settled: Option<Box<Settled>>,
+    settled: Option<Box<Settled7>>,
     kept: Vec<Arc<Record>>,
     waiting: Vec<Arc<Record>>,
 }
+
+/// The fit in that state: what [`Settled`] held then, in its order.
+type Settled7 = (Standing, Xoshiro256PlusPlus, u64, u64, Vec<u64>, Taken, u64, u64, Duration);
 
 impl From<Format7> for State {
     fn from(before: Format7) -> Self {

@@ -180,7 +180,8 @@ impl Run {
             records.push(sensors.measure(&Signals::new(&cut.pose, &motion))?);
         }
         let bounds = Bounds::of(chain);
-        let task = Task { chain, bounds, measurement, nuisances: Default::default() };
+        let task =
+            Task { chain, bounds, measurement, nuisances: Default::default(), statics: Vec::new() };
         let begun = Instant::now();
         let found = find(&task, &records, random(Purpose::Search, number).0)?;
         let seconds = begun.elapsed().as_secs_f64();

@@ -12,18 +12,20 @@ use flexid_core::parameters::{Bounds, Bushings};
 use flexid_core::refine::{Explanation, Plant};
 use flexid_core::sought::Sought;
 use flexid_core::spectrum::{Experiment, Measurement};
+use flexid_core::statics::StaticTest;
 use flexid_core::verdict::Verdict;
 use rand_xoshiro::Xoshiro256PlusPlus;
 
 use crate::records::{BINS, Record, experiment};
 use crate::study::logarithms;
 
-/// The task of the identification: model, bounds, measurement and nuisances.
+/// The task of the identification: model, bounds, measurement, nuisances and static tests.
 pub(crate) struct Task<'a> {
     pub(crate) chain: &'a Chain,
     pub(crate) bounds: Bounds,
     pub(crate) measurement: Measurement,
     pub(crate) nuisances: Nuisances,
+    pub(crate) statics: Vec<StaticTest>,
 }
 
 /// The result of the identification.
@@ -48,11 +50,12 @@ impl Task<'_> {
         &self,
         random: Xoshiro256PlusPlus,
     ) -> Result<Box<Identifier<Xoshiro256PlusPlus>>> {
-        let Self { chain, bounds, measurement, nuisances } = self;
+        let Self { chain, bounds, measurement, nuisances, statics } = self;
         let sought = Sought::new(chain.joints().len(), nuisances)?;
         let new = Identifier::new((*chain).clone(), *bounds, *measurement, Level::new(), random);
         let mut identifier = Box::new(new);
         identifier.seek(sought)?;
+        identifier.add_statics(statics)?;
         Ok(identifier)
     }
 }

@@ -31,6 +31,7 @@ mod records;
 mod run;
 mod spectra;
 mod spread;
+mod statics;
 mod study;
 mod unexcited;
 mod wide_bounds;
@@ -58,7 +59,7 @@ struct Part {
     robots: [usize; 2],
 }
 
-const PARTS: [Part; 19] = [
+const PARTS: [Part; 20] = [
     Part { name: "noise-free", prove: noise_free::prove, robots: [200, 16] },
     Part { name: "coverage", prove: coverage::prove, robots: [1000, 24] },
     Part { name: "unexcited", prove: unexcited::prove, robots: [100, 5] },
@@ -71,6 +72,7 @@ const PARTS: [Part; 19] = [
         prove: |study, robots, details| plants::prove(&study.of_six()?, robots, details),
         robots: [200, 2],
     },
+    Part { name: "statics", prove: statics::prove, robots: [40, 0] },
     Part { name: "hammer", prove: hammer::prove, robots: [10, 0] },
     Part {
         name: "hammer-of-six",

@@ -97,6 +97,7 @@ impl Study {
             bounds: self.scenario.bounds,
             measurement: self.measurement,
             nuisances: Nuisances::default(),
+            statics: Vec::new(),
         }
     }
 
