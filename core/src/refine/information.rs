@@ -1,11 +1,8 @@
 //! Fisher information of the unknowns in experiments, whether done or only planned.
 
-use super::problem::Problem;
 use super::sizes::ParameterNormal;
-use super::statics::Statics;
-use crate::chain::linearise::LinearisationError;
 use crate::linear::normal::Normal;
-use crate::parameters::{Bounds, Bushings};
+use crate::parameters::Bounds;
 use crate::sought::{MAX_UNKNOWNS, Sought, deviation_between};
 use crate::verdict::Covariance;
 
@@ -21,6 +18,17 @@ impl Information {
         let mut normal = Normal::new();
         normal.reset(unknowns);
         Self { normal }
+    }
+
+    /// From the entries of the lower triangle, row by row.
+    pub fn of_entries(unknowns: usize, entry: impl Fn(usize, usize) -> f64) -> Self {
+        let mut information = Self::none(unknowns);
+        for row in 0..unknowns {
+            for column in 0..=row {
+                *information.normal.entry(row, column) = entry(row, column);
+            }
+        }
+        information
     }
 
     /// What is known of the parameters before any experiment: each lies between its bounds, its logarithm anywhere
@@ -42,21 +50,6 @@ impl Information {
             information.normal.add_prior(unknown, value);
         }
         information
-    }
-
-    /// Information of the static tests of a problem, where the parameters are thought to be.
-    ///
-    /// # Errors
-    ///
-    /// If the robot has no equilibrium there.
-    pub fn of_statics(
-        problem: &Problem<'_>,
-        bushings: &Bushings,
-    ) -> Result<Self, LinearisationError> {
-        let mut information = Self::none(problem.sought.unknowns());
-        let coordinates = problem.sought.coordinates(bushings);
-        Statics::at(problem, &coordinates, core::iter::empty()).add_to(&mut information.normal)?;
-        Ok(information)
     }
 
     /// Of the record whose first `eliminated` unknowns are gone.

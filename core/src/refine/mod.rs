@@ -75,7 +75,7 @@ use levenberg_marquardt::{LevenbergMarquardt, Limits};
 use model::Model;
 pub use plant::{
     Explanation, FoundImperfection, MAX_EXPLANATIONS, MAX_RIVALS, Mechanics, Places, Plant,
-    PlantInformation, RetiredRecords,
+    PlantInformation, Reading, RetiredRecords,
 };
 pub use problem::Problem;
 use record::Workspace;

@@ -180,7 +180,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
     if let Some(json) = json {
         json.finish(&(serde_json::to_string_pretty(&planned)? + "\n"))?;
     }
-    let text = table::plan(&planned, config.accuracies.are_perfect(), window::columns());
+    let text = table::plan(&planned, window::columns());
     Ok(print(&window::fit(&format!("{text}{experiments} planned, {seconds:.1} s\n")))?)
 }
 

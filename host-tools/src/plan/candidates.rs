@@ -3,9 +3,10 @@
 use fearless_simd::Level;
 use flexid_core::chain::Chain;
 use flexid_core::parameters::Bushings;
-use flexid_core::refine::{Information, Problem, Refinement};
+use flexid_core::refine::{Information, Plant, Problem, Reading, Refinement};
 use flexid_core::sought::Sought;
 use flexid_core::spectrum::{self, SpectrumError};
+use flexid_core::statics::StaticTest;
 use flexid_core::stream::Record;
 use flexid_pipeline::config::Config;
 use flexid_pipeline::{BINS, SAMPLES};
@@ -13,6 +14,7 @@ use rand_core::SeedableRng as _;
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rayon::iter::{IntoParallelIterator as _, IntoParallelRefIterator as _, ParallelIterator as _};
 
+use super::knowledge::Knowledge;
 use flexid_simulation::experiment::Cut;
 use flexid_simulation::force::{self, OVERSAMPLING};
 use flexid_simulation::scenario::{Cutting, Experiment, Feed, Sampling, Scenario};
@@ -25,7 +27,7 @@ const SEED: u32 = 1;
 pub struct Candidate {
     /// Pose and cut.
     pub experiment: Experiment,
-    /// Information of the experiment.
+    /// Information of the experiment about the unknowns of a robot without imperfections.
     pub information: Information,
 }
 
@@ -87,11 +89,18 @@ impl Candidates<'_> {
         pairs.par_iter().map_init(workplace, evaluate).flatten_iter().collect()
     }
 
-    /// Information of an experiment from its simulation; `None` if the robot does not withstand it.
+    /// What an experiment says of a robot with imperfections, as far as its force tells; `None` as [`Candidates::evaluate`] leaves it out.
+    pub fn plan(&self, experiment: &Experiment) -> Option<Knowledge> {
+        let mut record = self.record(experiment);
+        record.pose = experiment.pose.iter().copied().collect();
+        self.knowledge(&record, Reading::Planned)
+    }
+
+    /// The same from its simulation; `None` if the robot does not withstand it.
     ///
-    /// [`Candidates::evaluate`] takes a record for one period of a periodic motion. A mode that outlasts the record
+    /// [`Candidates::plan`] takes a record for one period of a periodic motion. A mode that outlasts the record
     /// then rings into its beginning, and its parameters seem up to twice as well determined as they are.
-    pub fn simulate(&self, experiment: &Experiment) -> Option<Information> {
+    pub fn simulate(&self, experiment: &Experiment) -> Option<Knowledge> {
         let mut record = self.record(experiment);
         let sampling = self.sampling();
         let cut = Cut {
@@ -112,22 +121,39 @@ impl Candidates<'_> {
                 }
             }
         }
+        self.knowledge(&record, Reading::Measured)
+    }
+
+    /// What the priors of the imperfections say.
+    ///
+    /// # Panics
+    /// Never: without a static test there is no pose without an equilibrium.
+    pub fn priors(&self) -> Knowledge {
+        Knowledge::of_priors(&self.statics(&[]).expect("no test has no equilibrium"))
+    }
+
+    fn knowledge(&self, record: &Record<SAMPLES>, reading: Reading) -> Option<Knowledge> {
         let measurement = self.config.measurement();
         let mut buffer = Box::new([0.0; SAMPLES]);
         let spectra =
-            spectrum::Experiment::<BINS>::new(self.chain, &measurement, &record, &mut buffer);
-        let spectra = spectra.ok()?;
+            spectrum::Experiment::<BINS>::new(self.chain, &measurement, record, &mut buffer);
+        let spectra = Box::new(spectra.ok()?);
         let mut refinement = Box::new(Refinement::new(self.sought, self.bushings));
         let problem = self.problem(&measurement);
-        refinement.information(&problem, &spectra).ok()
+        let mut plant = Box::new(Plant::new(&self.config.accuracies, self.chain));
+        let information =
+            refinement.information_on_plant(&problem, &spectra, reading, &mut plant).ok()?;
+        Some(Knowledge::of(&information))
     }
 
-    /// Information of the configuration's static tests; none where the robot has no equilibrium under gravity.
-    pub fn statics(&self) -> Information {
+    /// What static tests say; `None` where the robot has no equilibrium under gravity.
+    pub fn statics(&self, tests: &[StaticTest]) -> Option<Knowledge> {
         let measurement = self.config.measurement();
-        let problem = Problem { statics: &self.config.statics.tests, ..self.problem(&measurement) };
-        let information = Information::of_statics(&problem, self.bushings);
-        information.unwrap_or_else(|_| Information::none(self.sought.unknowns()))
+        let problem = Problem { statics: tests, ..self.problem(&measurement) };
+        let refinement = Box::new(Refinement::new(self.sought, self.bushings));
+        let mut plant = Box::new(Plant::new(&self.config.accuracies, self.chain));
+        let information = refinement.information_of_statics(&problem, &mut plant).ok()?;
+        Some(Knowledge::of(&information))
     }
 
     /// Number of cuts at each pose.

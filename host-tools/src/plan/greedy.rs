@@ -33,22 +33,22 @@ impl Criterion {
     }
 }
 
-/// Index of the candidate that is the best in addition to what is `known`; `None` if each leaves an infinite
-/// uncertainty.
-pub fn best(
+/// Indices of the candidates, the best in addition to what is `known` first, without those that leave an infinite uncertainty.
+pub fn ranked(
     criterion: Criterion,
     known: &Information,
     candidates: &[&Information],
     parameters: usize,
-) -> Option<usize> {
+) -> Vec<usize> {
     let size = |candidate: &&Information| {
         let mut with = known.clone();
         with.add(candidate);
         criterion.uncertainty(&with, parameters)
     };
     let sizes: Vec<f64> = candidates.par_iter().map(size).collect();
-    let best = (0..sizes.len()).min_by(|&a, &b| sizes[a].total_cmp(&sizes[b]));
-    best.filter(|&best| sizes[best].is_finite())
+    let mut ranked: Vec<usize> = (0..sizes.len()).filter(|&one| sizes[one].is_finite()).collect();
+    ranked.sort_by(|&a, &b| sizes[a].total_cmp(&sizes[b]));
+    ranked
 }
 
 #[cfg(test)]
@@ -75,7 +75,7 @@ mod tests {
     ) -> Vec<usize> {
         let mut known = known.clone();
         let next = || {
-            let best = best(criterion, &known, all, 3)?;
+            let best = *ranked(criterion, &known, all, 3).first()?;
             known.add(all[best]);
             Some(best)
         };

@@ -11,27 +11,36 @@
 //! | [`start`]      | the information at the start: bounds, or an estimate      |
 //! | [`candidates`] | the experiments to choose from, and their information     |
 //! | [`greedy`]     | the choice                                                |
+//! | `knowledge`    | what experiments say of a robot with imperfections        |
 //! | [`prediction`] | the expected precision of the parameters                  |
 //! | [`table`]      | the plan for people                                       |
 
 pub mod candidates;
 pub mod greedy;
+mod knowledge;
 mod parameters;
 pub mod prediction;
 pub mod start;
 pub mod table;
 
+use std::cmp::Ordering;
+
 use flexid_core::refine::Information;
 use flexid_simulation::scenario::{Experiment, Feed};
+use rayon::iter::{IntoParallelRefIterator as _, ParallelIterator as _};
 use serde::Serialize;
 
 use candidates::{Candidate, Candidates};
 use greedy::Criterion;
+use knowledge::Knowledge;
 pub(crate) use parameters::parameters;
 use prediction::Prediction;
 use start::Start;
 
 use crate::place::tool;
+
+/// Experiments, best for a robot without imperfections, of which the best for a robot with them is chosen. Chosen: a core weighs them in a second.
+const SHORTLIST: usize = 16;
 
 /// Experiments in the order in which they should be done.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -86,28 +95,48 @@ pub fn plan(
         let uncertainty = criterion.uncertainty(&within_bounds(information), parameters(sought));
         Prediction::new(&config.model, sought, information, uncertainty)
     };
-    let mut information = start.information.clone();
-    if !start.has_statics {
-        information.add(&workplace.statics());
+    let mut others = start.information.clone();
+    others.add(&Information::of_nuisances(sought));
+    let of = |known: &Knowledge| {
+        let mut information = known.of_unknowns();
+        information.add(&others);
+        information
+    };
+    let mut known = workplace.priors();
+    if let Some(statics) = workplace.statics(&config.statics.tests).filter(|_| !start.has_statics) {
+        known.add(&statics);
     }
-    information.add(&Information::of_nuisances(sought));
-    let now = predict(&information);
+    let now = predict(&of(&known));
     let mut left: Vec<&Candidate> = candidates.iter().collect();
     let mut steps = Vec::new();
     while steps.len() < count {
         let informations: Vec<_> = left.iter().map(|one| &one.information).collect();
-        let known = within_bounds(&information);
-        let best = greedy::best(criterion, &known, &informations, parameters(sought));
-        let Some(best) = best else { break };
+        let within = within_bounds(&of(&known));
+        let ranked = greedy::ranked(criterion, &within, &informations, parameters(sought));
+        let shortlist = &ranked[..ranked.len().min(SHORTLIST)];
+        let weighed = |index: &usize| {
+            let planned = workplace.plan(&left[*index].experiment)?;
+            let mut with = known.clone();
+            with.add(&planned);
+            Some(criterion.uncertainty(&within_bounds(&of(&with)), parameters(sought)))
+        };
+        let sizes: Vec<Option<f64>> = shortlist.par_iter().map(weighed).collect();
+        let sizes = || shortlist.iter().zip(&sizes);
+        if let Some((&lost, _)) = sizes().find(|(_, size)| size.is_none()) {
+            left.remove(lost);
+            continue;
+        }
+        let best = sizes().min_by(|a, b| a.1.partial_cmp(b.1).unwrap_or(Ordering::Equal));
+        let Some((&best, _)) = best else { break };
         // Only chosen experiments are simulated.
         let Some(simulated) = workplace.simulate(&left[best].experiment) else {
             left.remove(best);
             continue;
         };
-        information.add(&simulated);
+        known.add(&simulated);
         let Experiment { pose, spindle_rpm, feed, .. } = left[best].experiment.clone();
         let tool_m = tool(workplace.chain, &pose).into();
-        steps.push(Step { pose, tool_m, spindle_rpm, feed, after: predict(&information) });
+        steps.push(Step { pose, tool_m, spindle_rpm, feed, after: predict(&of(&known)) });
         chosen();
     }
     Plan {

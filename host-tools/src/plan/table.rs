@@ -8,9 +8,8 @@ use super::{Plan, Prediction, Step};
 use crate::plan::greedy::Criterion;
 use crate::window;
 
-/// The plan as text: a line for the state before the first experiment, and a line for each experiment. `is_perfect` says whether the fit will
-/// take robot and sensors as perfect, as the plan does. Tables have at most so many columns.
-pub fn plan(plan: &Plan, is_perfect: bool, columns: usize) -> String {
+/// The plan as text: a line for the state before the first experiment, and a line for each experiment. Tables have at most so many columns.
+pub fn plan(plan: &Plan, columns: usize) -> String {
     let mut poses = window::table(columns, ["step", "pose, rad (m)", "tool x, y, z, m"]);
     let header = ["step", "cut", "uncertainty", "median", "worst", "verdicts"];
     let mut table = window::table(columns, header);
@@ -41,11 +40,6 @@ pub fn plan(plan: &Plan, is_perfect: bool, columns: usize) -> String {
         0 => String::new(),
         some => format!("; {some} given up, which make the robot give way"),
     };
-    let imperfect = if is_perfect {
-        ""
-    } else {
-        " the steps take robot and sensors as perfect, and `flexid identify` does not with this [accuracy]: expect fewer identified\n"
-    };
     let end = plan.steps.last().map_or(&plan.now, |last| &last.after);
     format!(
         "{poses}\n\n{table}\n\
@@ -56,7 +50,6 @@ pub fn plan(plan: &Plan, is_perfect: bool, columns: usize) -> String {
          \x20median, worst: relative standard deviation of a parameter, from experiments alone\n\
          \x20verdicts: how many parameters `flexid identify` will call identified / weak / not observable\n\
          \x20predicted for the robot that the plan starts from, if `flexid identify` finds the right minimum\n\
-         {imperfect}\
          \x20each step is the best of {candidates} experiments beside all above it{given_up}\n\
          \x20worst in the end: {}, {}\n",
         end.worst_parameter,
@@ -85,32 +78,6 @@ fn percent(part: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn says_that_the_plan_is_for_a_perfect_plant() {
-        let now = Prediction {
-            uncertainty: 0.1,
-            median: 0.1,
-            worst: 0.2,
-            worst_parameter: String::new(),
-            identified: 1,
-            weak: 2,
-            not_observable: 3,
-        };
-        let own = Plan {
-            criterion: Criterion::D,
-            peak_tangential_n: 100.0,
-            candidates: 1,
-            given_up: 0,
-            now,
-            steps: Vec::new(),
-        };
-        let says = |is_perfect| {
-            plan(&own, is_perfect, 80)
-                .contains("\n the steps take robot and sensors as perfect, and")
-        };
-        assert_eq!([says(false), says(true)], [true, false]);
-    }
 
     #[test]
     fn says_neither_none_of_much_nor_zero_of_little() {

@@ -183,6 +183,22 @@ fn what_was_found_is_what_a_plan_starts_from() {
     assert!(errors.starts_with("warning: o.json: its fit is \"model_suspect\""), "{errors}");
 }
 
+/// With typical accuracies masses, gains and mountings are known within these: the parameters are, too.
+#[test]
+fn a_plan_counts_the_accuracies() {
+    let folder = folder();
+    assume_truth(folder.path());
+    let perfect = planned(folder.path(), "--poses 8 --experiments 3").1;
+    edit(&folder.path().join("edge.toml"), "assume = \"perfect\"", "assume = \"typical\"");
+    let (_, plan) = planned(folder.path(), "--poses 8 --experiments 3");
+    let found = carried_out(folder.path(), &plan, "");
+    let predicted = &plan["steps"][2]["after"];
+    is_as_predicted("worst", found.worst(), &predicted["worst"]);
+    is_as_predicted("median", found.median(), &predicted["median"]);
+    let median = |plan: &Value| plan["steps"][2]["after"]["median"].as_f64().unwrap();
+    assert!(median(&plan) > 2.0 * median(&perfect), "{plan} {perfect}");
+}
+
 /// Places of the tools of a plan, m.
 fn tools(plan: &Value) -> Vec<[f64; 3]> {
     let steps = plan["steps"].as_array().unwrap().iter();

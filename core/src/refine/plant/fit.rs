@@ -73,7 +73,7 @@ impl Refinement {
     }
 
     /// The domain of a fit, its sum of squares, its minimisation, and where it stands.
-    fn minimisation<'a, const B: usize>(
+    pub(super) fn minimisation<'a, const B: usize>(
         &'a mut self,
         problem: &'a Problem<'_>,
         experiments: &'a [Experiment<B>],

@@ -61,7 +61,7 @@ use columns::Imperfections;
 pub use diagnosis::{Explanation, MAX_EXPLANATIONS, MAX_RIVALS};
 use domain::Point;
 use factors::Restated;
-pub use information::PlantInformation;
+pub use information::{PlantInformation, Reading};
 pub use mechanics::Mechanics;
 pub use places::Places;
 use retired::RetiredOfPlant;

@@ -144,11 +144,21 @@ impl<const B: usize> PlantSumOfSquares<'_, B> {
         seam: &Seam,
         bins: Bins<'_>,
     ) -> Residuals {
+        self.assemble_equations(model, bins, Equations::All(seam))
+    }
+
+    /// As [`PlantSumOfSquares::assemble_bins`], of these equations.
+    pub(super) fn assemble_equations(
+        &mut self,
+        model: &Model,
+        bins: Bins<'_>,
+        equations: Equations<'_>,
+    ) -> Residuals {
         let Self { problem, imperfections, record, .. } = self;
         run(Assembly {
             model,
             record: bins,
-            equations: Equations::All(seam),
+            equations,
             sought: problem.sought,
             further: &**imperfections,
             normal: record,

@@ -193,19 +193,12 @@ impl Refinement {
         let assembled = self.assemble_on_plant(problem, experiment, record, plant);
         let expanded = core::mem::replace(&mut plant.point, standing);
         assembled?;
-        let Plant { imperfections, record: of_record, factor, minimiser, retired, .. } = plant;
+        plant.eliminate_own(problem, &expanded, record);
+        let Plant { imperfections, factor, minimiser, retired, .. } = plant;
         minimiser.linearised = false;
         let Some(retired) = retired else { return Ok(()) };
         let shared = &retired.shared;
-        let (all, unknowns) = (&imperfections.all, problem.sought.unknowns());
-        factor.reset(all.len() + unknowns);
-        factor.add_complement(of_record, problem.seam_unknowns());
-        for (index, (imperfection, _)) in all.iter().enumerate() {
-            if imperfection.is_of_record(record) {
-                factor.add_prior(index, expanded.imperfections[index]);
-                factor.eliminate_one(index);
-            }
-        }
+        let all = &imperfections.all;
         let straight = Straight::at(problem.sought, &expanded.coordinates);
         let slope = slopes(&expanded, all);
         let of_all = all.iter().enumerate().map(|(column, (imperfection, deviation))| {
@@ -236,6 +229,20 @@ impl Refinement {
 }
 
 impl Plant {
+    /// Eliminates the imperfections of record number `record` alone from its normal equations, taken at a point and without its seam. What is left is
+    /// in `factor`.
+    pub(super) fn eliminate_own(&mut self, problem: &Problem<'_>, point: &Point, record: usize) {
+        let Self { imperfections, record: of_record, factor, .. } = self;
+        factor.reset(imperfections.all.len() + problem.sought.unknowns());
+        factor.add_complement(of_record, problem.seam_unknowns());
+        for (index, (imperfection, _)) in imperfections.all.iter().enumerate() {
+            if imperfection.is_of_record(record) {
+                factor.add_prior(index, point.imperfections[index]);
+                factor.eliminate_one(index);
+            }
+        }
+    }
+
     /// Point about which the retired records are expanded: that where the plant stands, if there are none yet. The imperfections of records keep
     /// their values.
     fn expanded_at(&mut self, sought: &Sought) -> Point {
