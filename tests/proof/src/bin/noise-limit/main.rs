@@ -16,6 +16,7 @@ mod displacement;
 mod figure;
 mod find;
 mod folding;
+mod folding_on_plants;
 mod hammer;
 mod imperfect;
 mod intervals;
@@ -59,7 +60,7 @@ struct Part {
     robots: [usize; 2],
 }
 
-const PARTS: [Part; 20] = [
+const PARTS: [Part; 21] = [
     Part { name: "noise-free", prove: noise_free::prove, robots: [200, 16] },
     Part { name: "coverage", prove: coverage::prove, robots: [1000, 24] },
     Part { name: "unexcited", prove: unexcited::prove, robots: [100, 5] },
@@ -89,6 +90,7 @@ const PARTS: [Part; 20] = [
     Part { name: "predictions-of-six", prove: predictions::prove_of_six_joints, robots: [40, 0] },
     Part { name: "deviations", prove: deviations::prove, robots: [516, 4] },
     Part { name: "folding", prove: folding::prove, robots: [100, 1] },
+    Part { name: "folding-on-plants", prove: folding_on_plants::prove, robots: [20, 0] },
     Part { name: "arms", prove: arms::prove, robots: [100, 3] },
     Part { name: "wide-bounds", prove: wide_bounds::prove, robots: [100, 6] },
     Part { name: "no-bounds", prove: wide_bounds::prove_from_masses, robots: [100, 6] },
