@@ -21,7 +21,7 @@ use rayon::prelude::*;
 
 use crate::common::Random;
 use crate::figure::Figure;
-use crate::find::find_on_plant;
+use crate::find::{Found, Task, find_on_plant};
 use crate::intervals::Intervals;
 use crate::plants::{COVER, GROSS, drawn_robot, records};
 use crate::study::{Purpose, Study, random};
@@ -88,26 +88,30 @@ fn outcome(study: &Study, robot: u64, details: bool) -> Result<Outcome> {
     let statics = tests(study, &plant, &simulated, &mut random(Purpose::Draw, 1_000_000 + robot))?;
     let search = || random(Purpose::Search, robot).0;
     let alone = find_on_plant(&study.task(), &accuracies, &records, search())?;
-    let task = crate::find::Task { statics, ..study.task() };
+    let task = Task { statics, ..study.task() };
     let found = find_on_plant(&task, &accuracies, &records, search())?;
-    let errors = found.errors(&truth);
     let is_stiffness = |index: &usize| index % 12 < 6;
-    let all = || (0..errors.len()).filter(is_stiffness);
-    let scores: Vec<f64> = all()
-        .filter(|&index| found.identifies(index))
-        .map(|index| errors[index] / found.deviations[index])
-        .collect();
+    let scores = |found: &Found| -> Vec<f64> {
+        let errors = found.errors(&truth);
+        let identified = (0..errors.len()).filter(|index| found.identifies(*index));
+        let stiffnesses = identified.filter(is_stiffness);
+        stiffnesses.map(|index| errors[index] / found.deviations[index]).collect()
+    };
+    let [by_cut, scores] = [scores(&alone), scores(&found)];
     if details {
-        let worst = scores.iter().copied().fold(0.0_f64, |a, b| a.max(b.abs()));
+        let worst = |scores: &[f64]| scores.iter().fold(0.0_f64, |most, one| most.max(one.abs()));
         let estimate = &found.estimate;
         eprintln!(
-            "robot {robot}: {:?}, static χ² {:.2}, {} stiffnesses, {worst:.1} σ",
+            "robot {robot}: {:?}, static χ² {:.2}, {} stiffnesses, {:.1} σ; by the cut alone {}, {:.1} σ",
             estimate.acceptance,
             estimate.static_consistency.unwrap_or_default(),
-            scores.len()
+            scores.len(),
+            worst(&scores),
+            by_cut.len(),
+            worst(&by_cut)
         );
     }
-    Ok(Outcome { by_cut: all().filter(|&index| alone.identifies(index)).count(), scores })
+    Ok(Outcome { by_cut: by_cut.len(), scores })
 }
 
 /// Static tests of the robot on its plant.
