@@ -15,7 +15,7 @@
 //! | `jackknife`                     | standard deviations where noise does not explain the residuals  |
 //! | `structure`                     | links that give way                                             |
 //! | `information`                   | what records and priors say of unknowns and imperfections       |
-//! | `retired`                       | records that are no longer kept, with the imperfections         |
+//! | `retired`, `retire`             | records that are no longer kept, with the imperfections         |
 //! | `mechanics`, `places`           | the robot that a fit has found, without its sensors             |
 //! | `restated`, `factors`           | accuracies that the data contradict                             |
 //! | `diagnosis`                     | which of them are wrong, and what explains as much              |
@@ -39,6 +39,7 @@ mod motion;
 mod objective;
 mod places;
 mod restated;
+mod retire;
 mod retired;
 mod sag;
 mod structure;
@@ -64,8 +65,8 @@ use factors::Restated;
 pub use information::{PlantInformation, Reading};
 pub use mechanics::Mechanics;
 pub use places::Places;
+pub use retire::RetiredRecords;
 use retired::RetiredOfPlant;
-pub use retired::RetiredRecords;
 
 /// Limits of a fit. Chosen: all unknowns together end within a tenth of a standard deviation of the minimum; a fit typically takes a
 /// sixth of these steps.

@@ -1,0 +1,147 @@
+//! A record that is no longer kept retires where the plant stands.
+
+use heapless::Vec;
+
+use super::super::Refinement;
+use super::super::compliance::Straight;
+use super::super::problem::Problem;
+use super::super::retired::RetiredInformation;
+use super::super::sizes::ALL;
+use super::Plant;
+use super::domain::Point;
+use super::retired::{RetiredOfPlant, behind, bent, slopes};
+use crate::chain::linearise::LinearisationError;
+use crate::linear::normal::Derivatives;
+use crate::sought::Sought;
+use crate::spectrum::Experiment;
+
+/// Retired records of a plant as numbers that can be kept in a file.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RetiredRecords<'a> {
+    /// Normal equations: the lower triangle by rows, the right-hand side as the last.
+    pub normal: &'a [f64],
+    /// Values of imperfections and unknowns about which they are.
+    pub at: &'a [f64],
+    /// Number of records.
+    pub records: u64,
+}
+
+impl Refinement {
+    /// Adds the information of a record that will not be kept, of this number, to that of the retired ones. The first is expanded where the plant
+    /// stands.
+    ///
+    /// # Errors
+    /// The robot has no equilibrium there; then nothing is added.
+    pub(crate) fn retire_on_plant<const B: usize>(
+        &mut self,
+        problem: &Problem<'_>,
+        experiment: &Experiment<B>,
+        record: usize,
+        plant: &mut Plant,
+    ) -> Result<(), LinearisationError> {
+        plant.count_all_bins();
+        let standing = plant.point;
+        plant.point = plant.expanded_at(problem.sought);
+        let assembled = self.assemble_on_plant(problem, experiment, record, plant);
+        let expanded = core::mem::replace(&mut plant.point, standing);
+        assembled?;
+        plant.eliminate_own(problem, &expanded, record);
+        let Plant { imperfections, factor, minimiser, retired, .. } = plant;
+        minimiser.linearised = false;
+        let Some(retired) = retired else { return Ok(()) };
+        let shared = &retired.shared;
+        let all = &imperfections.all;
+        let straight = Straight::at(problem.sought, &expanded.coordinates);
+        let slope = slopes(&expanded, all);
+        let of_all = all.iter().enumerate().map(|(column, (imperfection, deviation))| {
+            // Those of the record are gone.
+            let own = shared.iter().position(|(own, _)| own == imperfection);
+            let by = 1.0 / (deviation * slope(column));
+            own.map(|own| (own, by)).into_iter().collect()
+        });
+        let of_unknowns = straight.of_unknowns().map(|own| behind(shared.len(), own));
+        let derivatives: Vec<Derivatives, ALL> = of_all.chain(of_unknowns).collect();
+        retired.information.take(factor, &derivatives);
+        retired.loosen();
+        self.is_behind_retired = true;
+        Ok(())
+    }
+
+    /// Takes over the retired records of a plant, if they or the imperfections of the model have changed.
+    pub(crate) fn follow_retired(&mut self, plant: &Plant) {
+        if self.is_behind_retired
+            && self.aside.is_none()
+            && let Some(retired) = &plant.retired
+        {
+            self.retired = retired.with(&self.workspace.correction);
+            self.minimiser.linearised = false;
+            self.is_behind_retired = false;
+        }
+    }
+}
+
+impl Plant {
+    /// Eliminates the imperfections of record number `record` alone from its normal equations, taken at a point and without its seam. What is left is
+    /// in `factor`.
+    pub(super) fn eliminate_own(&mut self, problem: &Problem<'_>, point: &Point, record: usize) {
+        let Self { imperfections, record: of_record, factor, .. } = self;
+        factor.reset(imperfections.all.len() + problem.sought.unknowns());
+        factor.add_complement(of_record, problem.seam_unknowns());
+        for (index, (imperfection, _)) in imperfections.all.iter().enumerate() {
+            if imperfection.is_of_record(record) {
+                factor.add_prior(index, point.imperfections[index]);
+                factor.eliminate_one(index);
+            }
+        }
+    }
+
+    /// Point about which the retired records are expanded: that where the plant stands, if there are none yet. The imperfections of records keep
+    /// their values.
+    fn expanded_at(&mut self, sought: &Sought) -> Point {
+        let Self { accuracies, joints, imperfections, point, retired, .. } = self;
+        let all = &imperfections.all;
+        let none = || RetiredOfPlant::none(accuracies, joints, sought);
+        let retired = retired.get_or_insert_with(none);
+        let values = retired.values_at(&Straight::at(sought, &point.coordinates), point, all);
+        retired.information.begin_at(&values);
+        let mut expanded = *point;
+        let (of_shared, of_unknowns) = retired.information.at().split_at(retired.shared.len());
+        Straight::go_to(sought, of_unknowns, &mut expanded.coordinates);
+        for ((imperfection, _), value) in retired.shared.iter().zip(of_shared) {
+            if let Some(column) = all.iter().position(|(own, _)| own == imperfection) {
+                let value = bent(*imperfection, *value);
+                expanded.imperfections[column] = value / all[column].1;
+            }
+        }
+        expanded
+    }
+
+    /// Number of retired records.
+    pub fn retired(&self) -> u64 {
+        self.retired.as_ref().map_or(0, |retired| retired.information.records())
+    }
+
+    /// The retired records, to be stored. `None` if there are none.
+    pub fn retired_records(&self) -> Option<RetiredRecords<'_>> {
+        let RetiredOfPlant { information, .. } = self.retired.as_ref()?;
+        let (normal, at) = (information.normal.entries(), information.at());
+        Some(RetiredRecords { normal, at, records: information.records() })
+    }
+
+    /// Takes these as the retired records of a fit that seeks `sought`. `None` if they are of another robot, of other accuracies or of other unknowns,
+    /// or hold a number that is not finite; then nothing has changed.
+    pub fn resume_retired(&mut self, records: &RetiredRecords<'_>, sought: &Sought) -> Option<()> {
+        let RetiredRecords { normal, at, records } = *records;
+        let mut retired = RetiredOfPlant::none(&self.accuracies, &self.joints, sought);
+        let unknowns = retired.shared.len() + sought.unknowns();
+        retired.information = RetiredInformation::of(normal, at, records, unknowns)?;
+        retired.loosen();
+        self.retired = Some(retired);
+        Some(())
+    }
+
+    /// Drops the retired records.
+    pub(crate) fn forget_retired(&mut self) {
+        self.retired = None;
+    }
+}
