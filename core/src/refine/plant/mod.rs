@@ -201,4 +201,6 @@ impl Plant {
 }
 
 #[cfg(test)]
+mod static_tests;
+#[cfg(test)]
 mod tests;
