@@ -49,7 +49,7 @@ impl<'a> Bins<'a> {
         Self { every, ..Self::of(experiment) }
     }
 
-    /// The same with the noise of the acceleration that has no lines.
+    /// All bins, with the noise of the acceleration that has no lines.
     pub(super) fn without_lines<const B: usize>(experiment: &'a Experiment<B>) -> Self {
         let broad = experiment.broad_noise.each_ref().map(Vec::as_slice);
         Self { acceleration_noise: broad, ..Self::of(experiment) }
@@ -162,7 +162,7 @@ impl<'a> Bins<'a> {
 pub(super) struct Batch<V> {
     pub(super) s: Complex<V>,
     pub(super) inverse_s: Complex<V>,
-    /// As measured, and then as best known.
+    /// Force as measured, later as best known.
     pub(super) force: [Complex<V>; 3],
     /// Derivative of the acceleration by its drift. Zero until it is [loaded](Batch::load_drift).
     pub(super) drift: [Complex<V>; 3],

@@ -12,9 +12,9 @@ use super::proposal::{Room, Step};
 use crate::linear::normal::Derivatives;
 use crate::sought::{Coordinate, Coordinates, MAX_UNKNOWNS, Sought};
 
-/// Least that a step leaves of a compliance: what is linear ends somewhere.
+/// Least part of a compliance that a step leaves. Chosen: no step makes a spring more than five times as stiff, which is as far as it is linear.
 const LEAST_COMPLIANCE: f64 = 0.2;
-/// How much of b a step leaves, and to how much it raises it.
+/// Least and largest factor on b in a step. Chosen: as for [`LEAST_COMPLIANCE`].
 const LOSS: [f64; 2] = [0.2, 5.0];
 
 /// How far each unknown may go: a stiffness by the relative fall of its compliance, the others by their logarithms or

@@ -39,11 +39,11 @@ pub(super) type Noise = [[f64; 3]; 2];
 /// The normal equations of a record, and the seam at which they are taken.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Equations<'a> {
-    /// Of the seam alone. They are linear, and taken at zero.
+    /// Equations of the seam alone. They are linear, and taken at zero.
     Seam,
-    /// Of the seam and, behind it, of all unknowns.
+    /// Equations of the seam and, behind it, of all unknowns.
     All(&'a Seam),
-    /// The same of a record whose acceleration nobody has measured: the force has no error.
+    /// Equations of all unknowns for a record whose acceleration nobody has measured: the force has no error.
     Planned(&'a Seam),
 }
 
@@ -56,7 +56,7 @@ impl<'a> Equations<'a> {
         }
     }
 
-    /// Whether the unknowns are among those of the equations.
+    /// Returns whether the unknowns are among those of the equations.
     pub(super) fn has_unknowns(self) -> bool {
         !matches!(self, Self::Seam)
     }
@@ -284,7 +284,7 @@ impl<F: Further, const W: usize, const L: usize> Assembly<'_, F, W, L> {
     }
 }
 
-/// What makes the residual of each bin white: `C^(−1/2)`.
+/// Returns `C^(−1/2)` of each bin, which makes its residual white.
 #[inline(always)]
 pub(super) fn whiten(
     noise: &[Noise; WIDEST],

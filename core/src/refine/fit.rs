@@ -25,7 +25,7 @@ use crate::verdict::Covariance;
 pub struct Fit {
     /// Sum of squares of the whitened residuals, of static tests and of priors; what retired records add is left out.
     pub sum_of_squares: f64,
-    /// What a refinement makes least: the same, with what retired records add.
+    /// Cost that a refinement minimises: the sum of squares, with what retired records add.
     pub objective: f64,
     /// Expectation of [`Fit::sum_of_squares`] if the model is right: real residuals less the unknowns that they determine, of
     /// which a parameter on a bound is none. A little more with retired records, which have determined some unknowns before.
@@ -46,16 +46,15 @@ pub struct Fit {
     pub ssp: [f64; 2],
     /// Structure of the whitened residuals along the band: none if the model and the colour of the noise are right.
     pub structure: Structure,
-    /// By how much the sum of squares is larger than the least that kept and retired records would have each by
-    /// themselves: χ² of as many degrees of freedom as there are determined unknowns, if the robot has not changed; 0 without
-    /// retired ones.
+    /// Excess of the sum of squares over the least that kept and retired records would have each by themselves: χ² of as many degrees of freedom
+    /// as there are determined unknowns, if the robot has not changed; 0 without retired ones.
     pub contradiction: f64,
 }
 
 /// Sums at a point where the normal equations have been assembled.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Assembled {
-    /// Of the residuals of the records.
+    /// Sums over the residuals of the records.
     pub(super) summary: Summary,
     /// Sum of squares of the static tests.
     pub(super) of_statics: f64,
@@ -104,7 +103,7 @@ impl Refinement {
         self.fit_here(problem, experiments)
     }
 
-    /// As [`Refinement::fit`]. Where the last step, with all bins of the same records, has ended, its assembly counts.
+    /// Returns the [`Refinement::fit`]. Its assembly is that of the last step if this ended with all bins of the same records.
     pub(crate) fn fit_here<const B: usize>(
         &mut self,
         problem: &Problem<'_>,
@@ -256,7 +255,7 @@ fn log_information(normal: &ParameterNormal, sought: &Sought, bounds: &Bounds) -
     pivots.filter(|pivot| *pivot > 0.0).map(libm::log).sum()
 }
 
-/// Whether the value of an unknown lies on an end of its range, `[value, lower, upper]` by logarithms.
+/// Returns whether the value of an unknown lies on an end of its range, `[value, lower, upper]` by logarithms.
 pub(crate) fn lies_on_bound(range: &[f64; 3]) -> bool {
     let [value, lower, upper] = range.map(libm::exp);
     End::reached([lower, upper], value).is_some()

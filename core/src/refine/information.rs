@@ -13,7 +13,7 @@ pub struct Information {
 }
 
 impl Information {
-    /// Of no experiment, about so many unknowns.
+    /// Information of no experiment, about so many unknowns.
     pub fn none(unknowns: usize) -> Self {
         let mut normal = Normal::new();
         normal.reset(unknowns);
@@ -31,8 +31,8 @@ impl Information {
         information
     }
 
-    /// What is known of the parameters before any experiment: each lies between its bounds, its logarithm anywhere
-    /// (`ln(upper / lower)² / 12` is the variance of that).
+    /// Prior information about the parameters: the logarithm of each lies anywhere between its bounds, with the variance `ln(upper / lower)² /
+    /// 12`.
     pub fn of_bounds(sought: &Sought, bounds: &Bounds) -> Self {
         let mut information = Self::none(sought.unknowns());
         let ranges = sought.ranges(&[0.0; MAX_UNKNOWNS], bounds);
@@ -43,7 +43,7 @@ impl Information {
         information
     }
 
-    /// What is known of the nuisances before any experiment, and what every fit counts on: each lies about its prior.
+    /// Prior information about the nuisances, which every fit uses: each lies about its prior.
     pub fn of_nuisances(sought: &Sought) -> Self {
         let mut information = Self::none(sought.unknowns());
         for (unknown, value) in sought.priors(&[0.0; MAX_UNKNOWNS]) {
@@ -52,7 +52,7 @@ impl Information {
         information
     }
 
-    /// Of the record whose first `eliminated` unknowns are gone.
+    /// Information of the record whose first `eliminated` unknowns are gone.
     pub(super) fn of_complement<const L: usize>(
         record: &Normal<L>,
         eliminated: usize,

@@ -155,7 +155,7 @@ fn block<const L: usize>(
 }
 
 impl Block {
-    /// What was not measured has no residual and the hat value 0.
+    /// Returns the comparison of one test. A displacement that was not measured has no residual and the hat value 0.
     fn new(residual: Vector3<f64>, hat: &Matrix3<f64>, test: &StaticTest) -> Self {
         let readings = test.readings().count();
         let left = (Matrix3::identity() - hat).symmetric_eigen();

@@ -58,7 +58,7 @@ pub enum Outcome {
 pub(crate) struct Remaining<const N: usize = MAX_UNKNOWNS> {
     /// Change of each unknown.
     pub(crate) step: Step<N>,
-    /// By how much it would lower the sum of squares.
+    /// Decrease of the sum of squares by this step.
     pub(crate) gain: f64,
 }
 
@@ -103,7 +103,7 @@ impl<const L: usize> LevenbergMarquardt<L> {
         self.iterations = 0;
     }
 
-    /// Whether the last minimisation has had all its steps.
+    /// Returns whether the last minimisation has had all its steps.
     pub(crate) fn has_run_out(&self) -> bool {
         self.iterations >= self.limits.iterations
     }
@@ -157,7 +157,7 @@ impl<const L: usize> LevenbergMarquardt<L> {
         self.linearise_below(f64::INFINITY, objective, point)
     }
 
-    /// The same, unless the cost there is larger than `most`.
+    /// Assembles the normal equations at `point`, unless the cost there is larger than `most`.
     ///
     /// # Errors
     ///
@@ -176,7 +176,7 @@ impl<const L: usize> LevenbergMarquardt<L> {
         Ok(())
     }
 
-    /// What follows from a damped step that gains nothing. It says little: what counts is the step without damping.
+    /// Returns the outcome of a damped step that gains nothing: converged only if the step without damping would gain nothing either.
     fn look_further<const N: usize, D: Domain<N>>(
         &mut self,
         domain: &D,

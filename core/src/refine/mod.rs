@@ -134,7 +134,7 @@ impl Refinement {
         self.restart_thinned(coordinates, 1);
     }
 
-    /// As [`Refinement::restart_at`], where one bin out of `every` counts.
+    /// Restarts as [`Refinement::restart_at`], with one bin out of `every`.
     pub(crate) fn restart_thinned(&mut self, coordinates: &Coordinates, every: usize) {
         self.coordinates = *coordinates;
         self.every = every;
@@ -202,7 +202,8 @@ impl Refinement {
         }
     }
 
-    /// As [`Refinement::step`], unless the sum of squares at the start is larger than `most`: then it ends there, and has no normal equations.
+    /// Takes a [`Refinement::step`], unless the sum of squares at the start is larger than `most`: then it ends there, and has no normal
+    /// equations.
     pub(crate) fn step_below<const B: usize>(
         &mut self,
         most: f64,
@@ -236,7 +237,7 @@ impl Refinement {
         Outcome::Improving
     }
 
-    /// What a step without damping, within the bounds, would gain from where the last assembly was.
+    /// Returns the step without damping, within the bounds, from the last assembly, and its gain.
     pub(crate) fn remaining(&self, problem: &Problem<'_>) -> Remaining {
         self.minimiser.remaining(problem, &self.coordinates)
     }

@@ -1,4 +1,4 @@
-//! What the rows of a record need of the model.
+//! The part of the model that the rows of a record need.
 
 use crate::calibration::Calibration;
 use crate::receptance::{Filter, Terms};

@@ -1,4 +1,4 @@
-//! What a fit counts beside its records: the priors of unknowns, and static tests.
+//! Terms of a fit beside its records: the priors of unknowns, and static tests.
 
 use super::problem::Problem;
 use super::statics::Statics;

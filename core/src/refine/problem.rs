@@ -22,9 +22,9 @@ const LONGEST_STEP: f64 = 1.0;
 pub struct Problem<'a> {
     /// The robot.
     pub chain: &'a Chain,
-    /// What was measured.
+    /// Measured directions, sensors and band.
     pub measurement: &'a Measurement,
-    /// Where the parameters may lie.
+    /// Bounds of the parameters.
     pub bounds: &'a Bounds,
     /// The unknowns.
     pub sought: &'a Sought,
@@ -40,7 +40,7 @@ impl Problem<'_> {
         seam::unknowns(self.chain.joints().len(), self.measurement.feels_gravity())
     }
 
-    /// Those of them that a record can determine: no jump along an axis that is not measured.
+    /// Unknowns of the seam that a record can determine: no jump along an axis that is not measured.
     pub(crate) fn seam_unknowns_of<const B: usize>(&self, experiment: &Experiment<B>) -> usize {
         let jumps = seam::unknowns(0, self.measurement.feels_gravity()) / 3;
         self.seam_unknowns() - jumps * (3 - experiment.measured_axes())

@@ -105,7 +105,7 @@ pub(crate) fn least_within<const L: usize, const N: usize>(
     step
 }
 
-/// Whether an unknown at `step` may go where the sum of squares falls; `slope` is half its fall per step.
+/// Returns whether an unknown at `step` may go where the sum of squares falls; `slope` is half its fall per step.
 fn has_way(slope: f64, step: f64, [least, most]: [f64; 2]) -> bool {
     if slope > 0.0 { step < most } else { step > least }
 }

@@ -46,7 +46,7 @@ pub(super) struct Workspace {
     sums: Sums,
     /// Seams of the first records, each at its best, at the point where the cost was evaluated last.
     pub(super) seams: Vec<Seam, MAX_EXPERIMENTS>,
-    /// Of the residuals where the normal equations of all unknowns were assembled last.
+    /// Sums over the residuals where the normal equations of all unknowns were assembled last.
     pub(super) summary: Summary,
 }
 
@@ -163,8 +163,8 @@ fn run(assembly: Assembly<'_, (), COLUMNS, OF_RECORD>) -> Residuals {
     assembly.run()
 }
 
-/// Whether all columns are multiples of the responses by the numbers that [`super::responses`] names: dampings go with the velocity, stiffnesses do not
-/// change with the frequency, and nothing but parameters is sought.
+/// Returns whether all columns are multiples of the responses by the numbers that [`super::responses`] names: dampings go with the velocity,
+/// stiffnesses do not change with the frequency, and nothing but parameters is sought.
 pub(super) fn has_plain_columns(terms: &Terms<f64>, sought: &Sought) -> bool {
     terms.has_plain_bushings() && sought.nuisances().next().is_none()
 }
@@ -176,7 +176,7 @@ pub(super) struct ByResponses<'a> {
 }
 
 impl ByResponses<'_> {
-    /// As [`Assembly::run`], compiled once.
+    /// Runs as [`Assembly::run`], compiled once.
     #[inline(never)]
     pub(super) fn run(self) -> Residuals {
         f64::dispatch(self.assembly.level, self)

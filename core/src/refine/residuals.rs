@@ -1,9 +1,9 @@
-//! What a record's residuals say of the model: similarity, agreement, and whether what is left is white.
+//! Statistics of a record's residuals: similarity and agreement with the model, and whiteness.
 
 use super::structure::Statistic;
 use crate::loss::ssp_term;
 
-/// Lags at which the residuals of one axis are correlated with themselves.
+/// Lags at which the residuals of one axis are correlated with themselves. Chosen: they resolve a sixteenth of the band (see `structure`).
 const LAGS: usize = 16;
 
 /// How far model and measurement of one record agree, per TCP axis: 1 where they are the same. An axis that is not measured has the least of the
@@ -31,20 +31,20 @@ struct Axis {
     model: f64,
     gap: f64,
     cross: [f64; 2],
-    /// Of the whitened residual: power, and its cosine transform over the band.
+    /// Power of the whitened residual; `lags` is its cosine transform over the band.
     power: f64,
     lags: [f64; LAGS],
 }
 
 impl Axis {
-    /// Whether anything is measured: without any weight, exactly nothing is left.
+    /// Returns whether the axis is measured: without any weight, the residual is exactly zero.
     fn is_measured(&self) -> bool {
         self.power != 0.0
     }
 }
 
 impl Residuals {
-    /// Of a record with so many bins, none of them taken yet.
+    /// Statistics of a record with so many bins, none of them taken yet.
     pub(crate) fn new(bins: usize) -> Self {
         Self { bins, ..Self::default() }
     }

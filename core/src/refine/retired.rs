@@ -1,4 +1,4 @@
-//! What is left of records that are no longer kept: their normal equations, the seam projected out.
+//! Normal equations of the records that are no longer kept, the seam projected out.
 //!
 //! The sum of squares of a record is a quadratic about a point near its minimum; all retired records together are one such quadratic, however
 //! many they are. All are expanded about one point, that at which the first retires: where the data determine a combination of unknowns alone,
@@ -17,7 +17,7 @@ use crate::sought::{Coordinates, MAX_UNKNOWNS, Sought};
 #[derive(Clone, Debug)]
 pub(crate) struct RetiredInformation<const L: usize> {
     pub(super) normal: Normal<L>,
-    /// Where it is expanded: the value of each unknown.
+    /// Point of expansion: the value of each unknown.
     at: [f64; ALL],
     pub(super) records: u64,
 }
@@ -49,7 +49,7 @@ impl Retired {
 }
 
 impl<const L: usize> RetiredInformation<L> {
-    /// Of no record, about so many unknowns.
+    /// Information of no record, about so many unknowns.
     pub(crate) fn none(unknowns: usize) -> Self {
         let mut normal = Normal::new();
         normal.reset(unknowns);
@@ -64,8 +64,8 @@ impl<const L: usize> RetiredInformation<L> {
         }
     }
 
-    /// Of retired records, from their normal equations and the values of the unknowns there; `None` where they are not of so many unknowns, or
-    /// hold a number that is not finite.
+    /// Information of retired records, from their normal equations and the values of the unknowns there; `None` where they are not of so many
+    /// unknowns, or hold a number that is not finite.
     pub(super) fn of(normal: &[f64], at: &[f64], records: u64, unknowns: usize) -> Option<Self> {
         let fits = normal.len() == packed(unknowns + 1) && at.len() == unknowns;
         if !fits || normal.iter().chain(at).any(|value| !value.is_finite()) {
@@ -178,8 +178,8 @@ impl RetiredInformation<PACKED> {
         self.sum_of_squares(Straight::at(sought, coordinates).values())
     }
 
-    /// What `all`, the normal equations with it at these coordinates, must spend because it and the rest of them want other
-    /// values. The two are compared together: a few records change the sum of many by little.
+    /// Returns by how much the minimum of `all`, the normal equations with it at these coordinates, exceeds the sum of its minimum and that of
+    /// the rest. The two are compared together: a few records change the sum of many by little.
     pub(super) fn contradiction(
         &self,
         all: &ParameterNormal,

@@ -47,7 +47,7 @@ pub(super) fn write_seam<V: Lanes<Scalar = f64>, const W: usize>(
     }
 }
 
-/// Where the derivatives in each coordinate go, and what they need.
+/// Columns of the derivatives in each coordinate, and what these need.
 pub(super) struct Derivatives<'a> {
     sought: &'a Sought,
     turning: [Matrix3<f64>; 3],

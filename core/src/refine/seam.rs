@@ -1,4 +1,4 @@
-//! What joins the end of a record to its start.
+//! The seam: the jump from the end of a record to its start.
 //!
 //! Over exactly T, a record is one period of a periodic motion whose state jumps at the seam, by Δq and Δq̇. With C and G, what
 //! the accelerometer reads of q̈ and, as gravity tilts it, of q, and with `Z = s² M + s D + K`:
@@ -20,7 +20,7 @@ use crate::{DOF, MAX_JOINTS};
 
 /// Orders of the reading's jump: c₀ and c₁, and c₋₁ where gravity tilts the reading.
 pub(crate) const ORDERS: usize = 3;
-/// Whether a power of s = iω is real or imaginary, 0 or 1, order by order.
+/// Part of each power of s = iω, order by order: 0 if it is real, 1 if imaginary.
 pub(crate) const PARTS: [usize; ORDERS] = [0, 1, 1];
 /// Real unknowns per joint: g and h.
 const PER_JOINT: usize = 2 * DOF;
@@ -36,7 +36,7 @@ pub(crate) struct Seam {
     pub(crate) step: [[f64; DOF]; MAX_JOINTS],
     /// c₀, c₁ ω₀ and c₋₁/ω₀ along each axis, m/s; ω₀ is the lowest angular frequency of the band.
     pub(crate) jumps: [[f64; 3]; ORDERS],
-    /// What the prior costs, as a part of each unknown's information: the inverse square of the reading, in standard deviations of its noise.
+    /// Information of the prior, as a part of each unknown's information: the inverse square of the reading, in standard deviations of its noise.
     pub(crate) cost: f64,
 }
 
@@ -65,7 +65,7 @@ impl Seam {
         cost: 0.0,
     };
 
-    /// What the jump adds to the reading of an axis, from [`powers`]: real and imaginary part.
+    /// Returns what the jump adds to the reading of an axis, from [`powers`]: real and imaginary part.
     #[inline(always)]
     pub(crate) fn jump(&self, axis: usize, powers: &[f64; ORDERS]) -> [f64; 2] {
         let mut jump = [0.0; 2];

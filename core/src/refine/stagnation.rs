@@ -7,7 +7,8 @@
 /// deviations --robots 129`), the 371 that end below a χ² per degree of freedom of 2 stagnate for at most two steps, rejected ones included;
 /// with eight steps these and the drawn plants end as with five.
 pub(super) const OF_PLANT: u32 = 5;
-/// The same of a branch, a refinement of the parameters alone whose first steps are hardly damped: up to ten are rejected before one is good.
+/// Stagnating steps in a row after which a branch is given up. Chosen: it refines the parameters alone, and its first steps are hardly damped; up
+/// to ten are rejected before one is good.
 pub(crate) const OF_BRANCH: u32 = 12;
 /// A step stagnates if it gains less than this part of what the sum of squares lacks. Chosen: the rest would then need sixty steps to fall to a
 /// twentieth.

@@ -1,4 +1,4 @@
-//! What static tests add to the normal equations: a row for each displacement that was measured, and no seam.
+//! Rows of the static tests in the normal equations: one for each displacement that was measured, and no seam.
 //!
 //! The robot has the imperfections of the fit, and its stiffnesses are those at rest. Derivatives by the stiffnesses hold the sag; those by
 //! the imperfections are differences, which hold it, too.
@@ -33,7 +33,7 @@ pub(super) struct Statics<'a> {
 }
 
 impl<'a> Statics<'a> {
-    /// Of a problem, at these coordinates, of a robot whose imperfections have these values.
+    /// Rows of a problem, at these coordinates, of a robot whose imperfections have these values.
     pub(super) fn at(
         problem: &'a Problem<'a>,
         coordinates: &Coordinates,

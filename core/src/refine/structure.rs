@@ -18,12 +18,12 @@
 
 use crate::chi_square::deviate;
 
-/// Significance from which on there is structure at all, at the chance e⁻¹⁰ of `chi_square`. Noise makes it in one fit of 10,000; in
-/// one of 3,500 with a single record of 50 bins, whose statistic has a longer tail than χ².
+/// Significance from which on there is structure: noise alone exceeds it with the chance e⁻¹⁰ of `chi_square`. Noise makes it in one fit of
+/// 10,000; in one of 3,500 with a single record of 50 bins, whose statistic has a longer tail than χ².
 const SIGNIFICANT: f64 = 3.92;
-/// Standard deviations from an estimate to the end of its 95 % interval.
+/// Standard deviations of a normal distribution from an estimate to the end of its 95 % interval.
 const END: f64 = 1.96;
-/// The same to what noise exceeds with the chance e⁻¹⁰ in any of 64 records and three axes, by Bonferroni's inequality.
+/// Standard deviations that noise exceeds with the chance e⁻¹⁰ in any of 64 records and three axes, by Bonferroni's inequality.
 const END_OF_ANY: f64 = 4.83;
 
 /// Structure of residuals along the band.

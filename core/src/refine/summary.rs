@@ -1,4 +1,4 @@
-//! What the residuals of all records together say.
+//! Sums over the residuals of all records together.
 
 use super::residuals::Residuals;
 use super::structure::Structures;

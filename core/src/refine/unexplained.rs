@@ -1,4 +1,4 @@
-//! What a model leaves of one record, bin by bin.
+//! Residuals of one record, bin by bin.
 
 use heapless::Vec;
 
@@ -15,7 +15,7 @@ use crate::receptance::{Complex, Response};
 use crate::sought::Coordinates;
 use crate::spectrum::{Experiment, Spectrum};
 
-/// What a model leaves of the acceleration of one record, and the noise there.
+/// Residuals of the acceleration of one record, and the noise there.
 #[derive(Clone, Debug)]
 pub(crate) struct Unexplained<const B: usize> {
     /// Bin number of the first bin.
@@ -30,7 +30,7 @@ pub(crate) struct Unexplained<const B: usize> {
     pub(crate) response: Vec<f32, B>,
 }
 
-/// What a model leaves of the acceleration in one bin of a record, and the noise there.
+/// Residual of the acceleration in one bin of a record, and the noise there.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BinLeft {
     /// Number of the record, from 0.
@@ -86,8 +86,8 @@ impl Refinement {
         Ok(())
     }
 
-    /// What is left of a record of this number at some coordinates, or where a plant stands, if there is one. `None` where gravity leaves
-    /// the robot no equilibrium.
+    /// Returns the residuals of a record of this number at some coordinates, or, if there is a plant, at the point of its fit. `None` where
+    /// gravity leaves the robot no equilibrium.
     pub(crate) fn unexplained<const B: usize>(
         &mut self,
         problem: &Problem<'_>,
@@ -151,7 +151,7 @@ impl Workspace {
     }
 }
 
-/// What is left in one bin.
+/// Residual in one bin.
 pub(super) struct LeftInBin<'a> {
     /// Real and imaginary part along each axis, m/s.
     left: &'a Reading,
@@ -160,7 +160,7 @@ pub(super) struct LeftInBin<'a> {
 }
 
 impl LeftInBin<'_> {
-    /// The same, whitened.
+    /// Returns the whitened residual.
     pub(super) fn white(&self) -> [Complex<f64>; 3] {
         let [force, acceleration] = self.noise;
         Whitening::new(acceleration, force, self.accelerance).white(self.left)

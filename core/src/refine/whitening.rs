@@ -49,8 +49,8 @@ impl Whitening {
         Self { diagonal: [w00, w11, w22], below: [w10, w20, w21] }
     }
 
-    /// By how much the force was more than what was measured, most likely: `Σ_F Hᴴ C⁻¹ r`, from the noise that has been
-    /// given to [`Whitening::new`] and the residual's real and imaginary parts.
+    /// Returns the most likely excess of the force over the measured one: `Σ_F Hᴴ C⁻¹ r`, from the noise that has been given to
+    /// [`Whitening::new`] and the residual's real and imaginary parts.
     pub(super) fn force_error(
         &self,
         force_noise: &[f64; 3],
@@ -127,7 +127,7 @@ impl<V: Lanes<Scalar = f64>> WhiteningOfLanes<V> {
         }
     }
 
-    /// As [`Whitening::white`].
+    /// Whitens a residual, as [`Whitening::white`].
     #[inline(always)]
     pub(super) fn white(&self, [r0, r1, r2]: [Complex<V>; 3]) -> [Complex<V>; 3] {
         let [w10, w20, w21] = self.below;

@@ -1,5 +1,5 @@
-//! Where a fit leaves more than elsewhere: in which band, along which direction, in which record and part of the records; and whether
-//! that goes with the force.
+//! Places where a fit leaves more than elsewhere: in which band, along which direction, in which record and part of the records; and whether that
+//! goes with the force.
 //!
 //! Each points to another family of causes: a filter or a resonance, a sensor's axis, a clock, drift, and joints that are not linear. The
 //! squares of the whitened residuals are summed into the cells of each margin (`cells`, `time`), from where the last fit has ended. The
@@ -29,12 +29,12 @@ use time::{EIGHTHS, InTime};
 
 /// Largest number of places: one for each margin, the stiffness, and the distortion.
 pub const MAX_LEFT_OVER: usize = 7;
-/// Most bands.
+/// Most bands: those of eight octaves.
 const MAX_BANDS: usize = 16;
 /// Bands in an octave. Chosen: the half width of a resonance that the band shows well is less.
 const PER_OCTAVE: f64 = 2.0;
 
-/// Where more is left than elsewhere. `times` is the mean square of the whitened residuals there in that of all others, at least 1.5.
+/// A place with larger residuals. `times` is the mean square of the whitened residuals there over that of all others, at least 1.5.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum LeftOver {
     /// In a band.
@@ -69,7 +69,7 @@ pub enum LeftOver {
         /// How many times what is left in the rest.
         times: f64,
     },
-    /// What is left at the same pose goes with another power of the force than the first, with which an error of a linear model goes.
+    /// The residuals at the same pose grow as the force to another power than 1. An error of a linear model would give 1.
     Force {
         /// This power.
         exponent: f64,
@@ -78,12 +78,12 @@ pub enum LeftOver {
     },
     /// All stiffnesses at the same pose go with the force.
     Stiffness {
-        /// By which part they grow where the force doubles.
+        /// Part by which they grow where the force doubles.
         growth: f64,
         /// Its standard deviation.
         deviation: f64,
     },
-    /// What is left is no response to the force, so that no linear model explains it.
+    /// The residuals are no response to the force, so that no linear model explains them.
     Distortion {
         /// The part of it that no smooth response to the force explains: of its mean square beyond noise, the median over
         /// records and axes of medians over narrow bands.
@@ -92,7 +92,7 @@ pub enum LeftOver {
 }
 
 impl Refinement {
-    /// Where more is left of the records than elsewhere at some coordinates, or where a plant stands, if there is one. Nothing where
+    /// Returns the places with larger residuals at some coordinates, or, if there is a plant, at the point of its fit. The list is empty where
     /// gravity leaves the robot no equilibrium.
     pub(crate) fn left_over<const B: usize>(
         &mut self,

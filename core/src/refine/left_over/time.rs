@@ -1,4 +1,4 @@
-//! What is left over the time in the records.
+//! Residuals over the time in the records.
 //!
 //! The whitened residuals w of the bins k are Fourier coefficients of a signal over the record, of length T. Its power, smoothed by
 //! Fejér's kernel of order 8, is in the middle `t = (j + ½) T/8` of each eighth

@@ -21,13 +21,13 @@ pub(super) type Block = [[f64; 3]; 3];
 /// Derivatives of the parts of a model by one imperfection.
 #[derive(Clone, Debug)]
 pub(super) struct Change {
-    /// Of the inertia of a link: the number of its joint, and rows.
+    /// Derivative of the inertia of a link: the number of its joint, and rows.
     pub(super) inertia: Option<(usize, [[f64; DOF]; DOF])>,
-    /// Of the transformations X from a link to the next: the number of the joint between them, and blocks.
+    /// Derivatives of the transformations X from a link to the next: the number of the joint between them, and blocks.
     pub(super) from_parent: Vec<(usize, FromParentChange), 2>,
-    /// Of the loads on the last link.
+    /// Derivative of the loads on the last link.
     pub(super) tip: Option<Tip>,
-    /// Of the stiffnesses of the bushings.
+    /// Derivatives of the stiffnesses of the bushings.
     pub(super) stiffness: Option<[[f64; DOF]; MAX_JOINTS]>,
 }
 

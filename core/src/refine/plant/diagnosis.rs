@@ -1,4 +1,4 @@
-//! Which statements are wrong: the kinds of imperfections whose accuracies the data contradict.
+//! Wrong statements: the kinds of imperfections whose accuracies the data contradict.
 //!
 //! One kind after the other is given an accuracy of its own, the one that gains most evidence first, as long as it gains enough (forward
 //! selection). The fit is linearised where it has ended, and is not made again.
@@ -17,9 +17,9 @@ use super::{FoundImperfection, Plant};
 use crate::imperfection::{Imperfection, KINDS};
 use crate::refine::Problem;
 
-/// Largest number of kinds that are selected.
+/// Largest number of kinds that are selected. Chosen: each has the largest gain beside those before it, so that the ones left out explain least.
 pub const MAX_EXPLANATIONS: usize = 6;
-/// Largest number of rivals of a kind that are named.
+/// Largest number of rivals of a kind that are named. Chosen: those that gain least are left out.
 pub const MAX_RIVALS: usize = 4;
 
 /// Gain of −2 ln of the evidence from which on a statement counts as wrong: positive evidence (Kass and Raftery, "Bayes factors", 1995,
@@ -33,25 +33,25 @@ const VERY_STRONG: f64 = 10.0;
 pub struct Explanation {
     /// The largest of the kind. Its value is that where this accuracy is wrong and the others are right.
     pub largest: FoundImperfection,
-    /// By how many times its accuracy the kind is off, at least 1.
+    /// Size of the error of this kind in its accuracy, at least 1.
     pub times: f64,
     /// Share of the misfit of a perfect plant that the kind explains by itself, 0 to 1. Shares of several kinds may overlap.
     pub share: f64,
-    /// By how much −2 ln of the evidence falls if this accuracy is wrong. Zero if the data do not contradict the accuracy.
+    /// Decrease of −2 ln of the evidence if this accuracy is wrong. Zero if the data do not contradict the accuracy.
     pub evidence: f64,
-    /// Whether the estimate rests on it: its accuracy was taken as worse by `times`.
+    /// True if the estimate rests on it: its accuracy was taken as worse by `times`.
     pub is_adopted: bool,
     /// The largest of each other kind that explains the records as well in the place of this one, the most likely first.
     pub rivals: Vec<FoundImperfection, MAX_RIVALS>,
 }
 
 impl Explanation {
-    /// Whether the data contradict the stated accuracy.
+    /// Returns whether the data contradict the stated accuracy.
     pub fn is_contradicted(&self) -> bool {
         self.evidence > 0.0
     }
 
-    /// Whether they contradict it very strongly.
+    /// Returns whether they contradict it very strongly.
     pub fn is_contradicted_very_strongly(&self) -> bool {
         self.evidence > VERY_STRONG
     }
@@ -123,7 +123,8 @@ fn select(quadratic: &mut Quadratic<'_>) -> (Vec<usize, MAX_EXPLANATIONS>, Squar
     (selected, squares)
 }
 
-/// What a selected kind explains, and its rivals. `None` if no gain is a number, beside other kinds than those that it was selected beside.
+/// Returns the explanation by a selected kind, with its rivals. `None` if no gain is a number, beside other kinds than those that it was selected
+/// beside.
 fn contradicted(
     quadratic: &mut Quadratic<'_>,
     kind: usize,
@@ -175,7 +176,7 @@ fn leading(quadratic: &mut Quadratic<'_>) -> Option<Explanation> {
     Some(Explanation { largest, times: 1.0, share, evidence: 0.0, is_adopted: false, rivals })
 }
 
-/// Those of the largest gains.
+/// Returns the rivals with the largest gains.
 fn best_of(mut rivals: Vec<(f64, FoundImperfection), KINDS>) -> Vec<FoundImperfection, MAX_RIVALS> {
     rivals.sort_unstable_by(|(one, _), (other, _)| other.total_cmp(one));
     rivals.into_iter().map(|(_, rival)| rival).take(MAX_RIVALS).collect()

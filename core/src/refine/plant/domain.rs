@@ -21,7 +21,7 @@ pub(super) struct Point {
 /// Imperfections, and behind them the unknowns of a problem.
 pub(super) struct PlantDomain<'a> {
     problem: &'a Problem<'a>,
-    /// Whether each imperfection is positive.
+    /// For each imperfection, true if it is positive.
     are_positive: Vec<bool, MAX_IMPERFECTIONS>,
 }
 

@@ -1,4 +1,4 @@
-//! By how much the accuracy of one kind of imperfections was stated too well.
+//! Factor by which the accuracy of one kind of imperfections was stated too well.
 //!
 //! Of the imperfections x of a kind, in their stated accuracies, the data say `xᵀMx − 2gᵀx`, with all else at its best values. Their
 //! prior is normal, of variance u. Minus twice the logarithm of the evidence of u is, but for a constant,
@@ -17,12 +17,12 @@ use crate::linear::packed::packed;
 
 /// Largest number of imperfections of a kind: the spreads of all links.
 pub(super) const MAX_OF_KIND: usize = SPREADS * MAX_JOINTS;
-/// Largest u that is tried, 2 to this power: errors of a thousand times their accuracy.
+/// Largest u that is tried, 2 to this power. Chosen: errors of a thousand times their accuracy, twenty times those of a plausible plant.
 const DOUBLINGS: i32 = 20;
 /// Halvings of the step of ln u, from ln 2 on. Chosen: E is then least to a thousandth.
 const HALVINGS: u32 = 6;
 
-/// What the data say of the imperfections of a kind.
+/// Information of the data about the imperfections of a kind.
 #[derive(Clone, Debug)]
 pub(super) struct Block {
     /// M and, in the last row, g.
@@ -118,7 +118,7 @@ impl Block {
         Values { values, deviations }
     }
 
-    /// By how much the imperfections lower the sum of squares without a prior.
+    /// Returns the decrease of the sum of squares by the imperfections without a prior.
     pub(super) fn gain_without_prior(mut self) -> f64 {
         let standing = self.normal.sum_of_squares();
         self.normal.eliminate(self.normal.unknowns());

@@ -23,13 +23,13 @@ pub(super) type Squares = [f64; KINDS];
 pub(super) struct Quadratic<'a> {
     imperfections: &'a [(Imperfection, f64)],
     restated: &'a Restated,
-    /// Of the imperfections, the unknowns eliminated.
+    /// Normal equations of the imperfections, the unknowns eliminated.
     reduced: &'a Normal<WIDE_OF_RECORD>,
-    /// The same in another order, of which some are eliminated.
+    /// Workspace: `reduced` in another order, of which some are eliminated.
     ordered: &'a mut Normal<WIDE_OF_RECORD>,
-    /// Of unknowns and imperfections, the unknowns eliminated.
+    /// Normal equations of unknowns and imperfections, the unknowns eliminated.
     factor: &'a Normal<OF_ALL>,
-    /// What the fit leaves, without priors of the imperfections.
+    /// Sum of squares at the end of the fit, without priors of the imperfections.
     left: f64,
 }
 
@@ -106,7 +106,7 @@ impl Quadratic<'_> {
         (imperfection, deviation / self.restated.factor(imperfection))
     }
 
-    /// What the data say of a kind where nothing else is off.
+    /// Returns the information of the data about a kind where nothing else is off.
     pub(super) fn alone(&mut self, kind: usize) -> Block {
         let others = self.imperfections.len() - self.members(kind).count();
         self.order(kind, None);
@@ -114,12 +114,12 @@ impl Quadratic<'_> {
         Block::of_complement(self.ordered, others)
     }
 
-    /// By how much all imperfections together lower the sum of squares of the perfect plant.
+    /// Returns the decrease of the sum of squares of the perfect plant by all imperfections together.
     pub(super) fn misfit(&self) -> f64 {
         self.reduced.sum_of_squares() - self.left
     }
 
-    /// What the data and the priors of all others say of a kind.
+    /// Returns the information of the data and of the priors of all others about a kind.
     pub(super) fn block(&mut self, kind: usize, squares: &Squares) -> Block {
         let others = self.imperfections.len() - self.members(kind).count();
         self.order(kind, Some(squares));

@@ -35,7 +35,7 @@ impl Refinement {
         plant.every = 1;
     }
 
-    /// As [`Refinement::restart_plant`], where a minimum may be a wrong one: the fit counts some of the bins at first.
+    /// Restarts as [`Refinement::restart_plant`], where a minimum may be a wrong one: the fit counts some of the bins at first.
     pub(crate) fn restart_plant_thinned<const B: usize>(
         &self,
         plant: &mut Plant,
@@ -45,7 +45,7 @@ impl Refinement {
         plant.thin(thinning::distance(experiments));
     }
 
-    /// As [`Refinement::restart_plant_thinned`], where a descent has ended: the fit also allows for errors of the model at first.
+    /// Restarts as [`Refinement::restart_plant_thinned`], where a descent has ended: the fit also allows for errors of the model at first.
     pub(crate) fn restart_plant_from_descent<const B: usize>(
         &self,
         plant: &mut Plant,
@@ -137,9 +137,9 @@ impl Refinement {
         self.end_or_go_on(problem, experiments, plant, outcome)
     }
 
-    /// What follows from the end of a fit. Where some of the bins count and what it has found may explain the records, it goes on with all of
-    /// them, and takes a new damping if it was stuck. Else, once, accuracies are restated that the data contradict, by all bins, and it goes on
-    /// with as many as before.
+    /// Ends a fit or goes on. Where some of the bins count and what it has found may explain the records, it goes on with all of them, and takes
+    /// a new damping if it was stuck. Else, once, accuracies are restated that the data contradict, by all bins, and it goes on with as many as
+    /// before.
     fn end_or_go_on<const B: usize>(
         &mut self,
         problem: &Problem<'_>,
@@ -170,7 +170,7 @@ impl Refinement {
         outcome
     }
 
-    /// As [`Refinement::step_plant`]. A fit that stagnates is given up, unless it may go on ([`Refinement::end_or_go_on`]).
+    /// Takes a [`Refinement::step_plant`]. A fit that stagnates is given up, unless it may go on ([`Refinement::end_or_go_on`]).
     pub(crate) fn step_plant_or_give_up<const B: usize>(
         &mut self,
         problem: &Problem<'_>,

@@ -200,7 +200,7 @@ impl Imperfect {
         }
     }
 
-    /// What stands where.
+    /// Returns the places of the parts.
     pub(super) fn into_places(self) -> Places {
         Places { chain: self.chain, pose: self.pose, base_mass: self.ground.mass }
     }
@@ -246,7 +246,7 @@ impl Imperfect {
         self.chain.gravity_loads(&self.pose, problem.measurement.gravity(), sag)
     }
 
-    /// What the rows of a record need of the model, whose chain is linearised as `linear`.
+    /// Returns the part of the model that the rows of a record need, whose chain is linearised as `linear`.
     pub(in crate::refine) fn model(
         &self,
         problem: &Problem<'_>,

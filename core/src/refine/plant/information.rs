@@ -44,7 +44,7 @@ impl PlantInformation<'_> {
     }
 }
 
-/// What is known of an experiment.
+/// Known part of an experiment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Reading {
     /// It has been done.

@@ -36,7 +36,7 @@ impl Plant {
         self.relative_error = 0.0;
     }
 
-    /// Whether the noise alone weighs.
+    /// Returns whether the noise alone weighs.
     pub(super) fn is_on_last_level(&self) -> bool {
         self.relative_error == 0.0
     }

@@ -50,7 +50,7 @@ impl Mechanics {
         Ok(Self { chain, terms })
     }
 
-    /// What stands where in a robot with these imperfections at joint angles `pose`, one per driven joint, rad (m).
+    /// Returns the places of the parts of a robot with these imperfections at joint angles `pose`, one per driven joint, rad (m).
     ///
     /// # Errors
     /// There is not one angle per driven joint.

@@ -80,11 +80,11 @@ pub struct Plant {
     imperfections: Imperfections,
     /// Holds the normal equations of imperfections and unknowns.
     minimiser: LevenbergMarquardt<OF_ALL>,
-    /// Where the fit stands.
+    /// Present point of the fit.
     point: Point,
     /// Accuracies that the data contradict.
     restated: Restated,
-    /// Whether a fit takes the accuracies as those that explain the records best.
+    /// True if a fit takes the accuracies as those that explain the records best.
     adopts: bool,
     /// Relative error of the model that the weights allow for.
     relative_error: f64,
@@ -98,7 +98,7 @@ pub struct Plant {
     whole: Normal<WIDE_OF_RECORD>,
     /// Factor of the normal equations.
     factor: Normal<OF_ALL>,
-    /// Of the residuals where the normal equations were assembled last.
+    /// Sums over the residuals where the normal equations were assembled last.
     summary: Summary,
     /// Standard deviation of each imperfection where the last fit has ended, in that of its prior.
     deviations: [f64; MAX_IMPERFECTIONS],
@@ -111,7 +111,7 @@ pub struct Plant {
 /// An imperfection that a fit has found.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FoundImperfection {
-    /// What is off.
+    /// The imperfection.
     pub imperfection: Imperfection,
     /// Standard deviation of its prior, in the unit of the [`Imperfection`]: its accuracy times [`Imperfection::prior_over_accuracy`].
     pub prior: f64,
@@ -164,25 +164,25 @@ impl Plant {
         (std > 0.0).then_some(std)
     }
 
-    /// Whether estimates of this plant from now on adopt what explains the records: an accuracy that they contradict is taken as worse by
-    /// as much as makes them most likely, and the fit is made again.
+    /// Sets whether estimates of this plant from now on adopt what explains the records: an accuracy that they contradict is taken as worse by as
+    /// much as makes them most likely, and the fit is made again.
     pub fn adopt(&mut self, adopts: bool) {
         self.adopts = adopts;
     }
 
-    /// Whether nothing is off, in any number of records.
+    /// Returns whether nothing is off, in any number of records.
     pub fn is_perfect(&self) -> bool {
         let Accuracies { structure_translation, structure_rotation, .. } = self.accuracies;
         let is_rigid = [structure_translation, structure_rotation] == [0.0; 2];
         is_rigid && imperfection::all(&self.accuracies, &self.joints, 2).is_empty()
     }
 
-    /// Whether the records that are fitted can have imperfections that a fit seeks.
+    /// Returns whether the records that are fitted can have imperfections that a fit seeks.
     pub(crate) fn has_imperfections(&self) -> bool {
         !self.imperfections.all.is_empty()
     }
 
-    /// Whether the robot has the joints of `chain`.
+    /// Returns whether the robot has the joints of `chain`.
     pub(crate) fn is_of(&self, chain: &Chain) -> bool {
         self.joints == chain.kinds()
     }

@@ -179,7 +179,8 @@ impl<V: Lanes<Scalar = f64>> Motions<V> {
         }
     }
 
-    /// By the compliance of the ground along a degree of freedom: the product of the loads on the base. Its mass takes up a part of either.
+    /// Derivative by the compliance of the ground along a degree of freedom: the product of the loads on the base. Its mass takes up a part of
+    /// either.
     #[inline(always)]
     pub(super) fn by_ground(&self, model: &Model, s: Complex<V>, dof: usize) -> [Complex<V>; 3] {
         let moved = match &model.terms.ground {
@@ -189,7 +190,7 @@ impl<V: Lanes<Scalar = f64>> Motions<V> {
         self.per_observation.each_ref().map(|own| own.on_base[dof] * moved)
     }
 
-    /// By the logarithm of the mass m on the ground: with the displacement α per load, `−s² m α²` times that product, along all axes.
+    /// Derivative by the logarithm of the mass m on the ground: with the displacement α per load, `−s² m α²` times that product, along all axes.
     #[inline(always)]
     pub(super) fn by_base_mass(&self, model: &Model, s: Complex<V>) -> [Complex<V>; 3] {
         let mut derivative = [Complex::zero(s.re); 3];
@@ -205,7 +206,7 @@ impl<V: Lanes<Scalar = f64>> Motions<V> {
         derivative
     }
 
-    /// By the stiffness of the hose: `−η̂ᵀ S η`.
+    /// Derivative by the stiffness of the hose: `−η̂ᵀ S η`.
     #[inline(always)]
     pub(super) fn by_hose(&self, model: &Model, s: Complex<V>) -> [Complex<V>; 3] {
         match &model.terms.hose {

@@ -39,7 +39,7 @@ pub(super) struct PlantSumOfSquares<'a, const B: usize> {
     pub(super) relative_error: f64,
     /// Distance of the bins that count.
     pub(super) every: usize,
-    /// Of the residuals at the last [`Objective::linearise`].
+    /// Sums over the residuals at the last [`Objective::linearise`].
     pub(super) summary: &'a mut Summary,
 }
 
@@ -147,7 +147,7 @@ impl<const B: usize> PlantSumOfSquares<'_, B> {
         self.assemble_equations(model, bins, Equations::All(seam))
     }
 
-    /// As [`PlantSumOfSquares::assemble_bins`], of these equations.
+    /// Assembles as [`PlantSumOfSquares::assemble_bins`], these equations.
     pub(super) fn assemble_equations(
         &mut self,
         model: &Model,

@@ -1,4 +1,4 @@
-//! What stands where in a robot with imperfections.
+//! Places of the parts of a robot with imperfections.
 
 use heapless::Vec;
 

@@ -123,9 +123,9 @@ impl Plant {
         (squares.sum::<f64>() + self.cost_of_restating(), count)
     }
 
-    /// Whether a plausible plant has these imperfections: their [`Plant::size`] is hardly ever exceeded, and no accuracy would have to be far
-    /// worse. The records have far more residuals than there are priors, so that a wrong minimum would be explained by imperfections
-    /// that no plant has.
+    /// Returns whether a plausible plant has these imperfections: their [`Plant::size`] is hardly ever exceeded, and no accuracy would have to be
+    /// far worse. The records have far more residuals than there are priors, so that a wrong minimum would be explained by imperfections that no
+    /// plant has.
     pub(crate) fn is_plausible(&self) -> bool {
         let (size, count) = self.size();
         let is_restated_too_far = self.restated.factors.iter().any(|factor| *factor > FARTHEST);

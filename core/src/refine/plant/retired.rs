@@ -1,4 +1,4 @@
-//! What is left of records that are no longer kept, with the imperfections of the plant.
+//! Normal equations of records that are no longer kept, with the imperfections of the plant.
 //!
 //! Their sum of squares is a quadratic of the unknowns and of the imperfections that records share. The imperfections of a record alone are eliminated
 //! with their priors.
@@ -14,9 +14,9 @@ use crate::imperfection::{self, Accuracies, Correction, Imperfection, MAX_IMPERF
 use crate::linear::normal::{Derivatives, Normal};
 use crate::sought::Sought;
 
-/// By how much an imperfection of the retired records may differ from that of the kept ones, in its accuracy. Chosen: quadratics about two points
-/// contradict each other by less, where an elastic centre and the split of a compliance between joint and ground have moved by their standard
-/// deviation; no interval is then narrower than a tenth of the accuracies makes it.
+/// Standard deviation, in its accuracy, of the difference between an imperfection of the retired records and that of the kept ones. Chosen:
+/// quadratics about two points contradict each other by less, where an elastic centre and the split of a compliance between joint and ground have
+/// moved by their standard deviation; no interval is then narrower than a tenth of the accuracies makes it.
 const LOOSE: f64 = 0.1;
 
 /// Retired records of a plant.
@@ -24,14 +24,14 @@ const LOOSE: f64 = 0.1;
 pub(in crate::refine) struct RetiredOfPlant {
     /// Imperfections, in the unit of each, come before the unknowns.
     pub(super) information: RetiredInformation<OF_ALL>,
-    /// The same, whose imperfections may differ from those of the kept records.
+    /// Copy of `information` whose imperfections may differ from those of the kept records.
     loosened: RetiredInformation<OF_ALL>,
     /// The imperfections that records share, each with its accuracy.
     pub(super) shared: Vec<(Imperfection, f64), MAX_IMPERFECTIONS>,
 }
 
 impl RetiredOfPlant {
-    /// Of no record of a robot with these joints.
+    /// Information of no record of a robot with these joints.
     pub(super) fn none(accuracies: &Accuracies, joints: &[JointKind], sought: &Sought) -> Self {
         let own = imperfection::all(accuracies, joints, 0);
         let of_low_pass = imperfection::of_low_pass(accuracies.delay);
@@ -145,7 +145,7 @@ pub(super) fn bent(imperfection: Imperfection, straight: f64) -> f64 {
     }
 }
 
-/// That derivative of each imperfection at a point.
+/// Returns the derivative that [`straightened`] gives of each imperfection at a point.
 pub(super) fn slopes(point: &Point, all: &[(Imperfection, f64)]) -> impl Fn(usize) -> f64 {
     move |column: usize| {
         let (imperfection, deviation) = all[column];

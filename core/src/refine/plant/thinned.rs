@@ -11,8 +11,8 @@ use crate::chi_square::noise_explains;
 /// bins; the drawn plants and the single errors of `noise-limit` end as with all bins from the start.
 const THINNING: usize = 4;
 
-/// What a step of a fit with some of the bins gains at least, unless it stagnates. Chosen: the five steps after which a fit is given up
-/// then lower the sum of squares by a half at most, over all bins by two.
+/// Least gain of a step of a fit with some of the bins that does not stagnate. Chosen: the five steps after which a fit is given up then lower
+/// the sum of squares by a half at most, over all bins by two.
 const LEAST_GAIN: f64 = 0.1;
 
 impl Plant {
@@ -21,13 +21,13 @@ impl Plant {
         self.every = most.min(THINNING);
     }
 
-    /// What a step gains at least, unless it stagnates.
+    /// Returns the least gain of a step that does not stagnate.
     pub(super) fn least_gain(&self) -> f64 {
         if self.every > 1 { LEAST_GAIN } else { 0.0 }
     }
 
-    /// Whether the minimum where the fit has ended may be the right one: its imperfections are those of a plausible plant, or noise explains
-    /// what they leave of so many residuals.
+    /// Returns whether the minimum where the fit has ended may be the right one: its imperfections are those of a plausible plant, or noise
+    /// explains what they leave of so many residuals.
     pub(super) fn may_explain(&self, residuals: usize) -> bool {
         let count = self.imperfections.all.len();
         let of_priors: f64 = self.point.imperfections[..count].iter().map(|p| p * p).sum();

@@ -37,7 +37,7 @@ use crate::{DOF, MAX_JOINTS};
 const LOADS: usize = (DOF * MAX_JOINTS).next_multiple_of(WIDEST);
 /// Sums of a pair of bushings.
 const KINDS: usize = 12;
-/// Those of them that the seam alone needs.
+/// Sums of a pair of bushings that the seam alone needs.
 const KINDS_OF_SEAM: usize = 3;
 /// Sums of a bushing, and a jump or the residual.
 const OTHER_KINDS: usize = 8;
@@ -51,7 +51,7 @@ pub(super) struct Bin {
     pub(super) loads: [[[f64; LOADS]; 2]; 3],
     /// Real and imaginary part of each elongation.
     pub(super) elongations: [[f64; LOADS]; 2],
-    /// The same as of the loads of a unit jump along each axis; then the whitened residual.
+    /// Real and imaginary part along each axis of the whitened response to a unit jump along each axis; then the whitened residual.
     pub(super) others: [[[f64; 2]; 3]; OTHERS],
     /// Angular frequency, rad/s.
     pub(super) omega: f64,

@@ -7,7 +7,7 @@ use crate::linear::normal::Normal;
 /// Column of an unknown, and the factor on the derivative by it. `None` of a parameter that is not sought.
 pub(super) type Column = Option<(usize, f64)>;
 
-/// Where a load is found in the normal equations.
+/// Columns of a load in the normal equations.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::refine) struct Columns {
     pub(in crate::refine) impulse: usize,

@@ -17,11 +17,11 @@ const JUMPS: usize = 3 * ORDERS;
 pub(in crate::refine) struct Sums {
     /// Number of bushings times six.
     pub(super) loads: usize,
-    /// Whether elongations count.
+    /// True if elongations count.
     pub(super) has_unknowns: bool,
-    /// Of load i with each load up to it, kind by kind.
+    /// Sums of load i with each load up to it, kind by kind.
     pub(super) pairs: [f64; OF_PAIRS],
-    /// Of each jump and the residual with each load, kind by kind.
+    /// Sums of each jump and the residual with each load, kind by kind.
     pub(super) others: [[[f64; LOADS]; OTHER_KINDS]; OTHERS],
     /// Normal equations of the jumps alone.
     pub(super) jumps: Normal<{ packed(JUMPS + 1) }>,
@@ -29,7 +29,7 @@ pub(in crate::refine) struct Sums {
     pub(super) lowest: f64,
 }
 
-/// Where the sums of load i begin.
+/// Returns where the sums of load i begin.
 pub(super) const fn start(i: usize) -> usize {
     let (block, row) = (i / WIDEST, i % WIDEST);
     // Rows of a block are as long as its last one.
