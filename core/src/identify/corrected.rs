@@ -16,7 +16,7 @@ const LEFT: f64 = 0.5;
 /// Most replacements of the imperfections of a model. Chosen: as many as searches; each needs a fit that is better beyond doubt.
 const MAX_REPLACED: u32 = 8;
 
-/// Where a fit to a plant has ended.
+/// End of a fit to a plant.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct OnPlant {
     pub(super) judged: Judged,
@@ -30,7 +30,7 @@ pub(super) struct OnPlant {
 #[derive(Clone, Debug)]
 pub(super) struct Corrected {
     pub(super) judged: Judged,
-    /// Where it has ended.
+    /// Coordinates at its end.
     pub(super) coordinates: Coordinates,
     /// Minimum from which the latest fit to the plant has found no better imperfections.
     pub(super) fitted_in_vain: Option<Coordinates>,
@@ -38,7 +38,7 @@ pub(super) struct Corrected {
     pub(super) replaced: u32,
 }
 
-/// Where a fit has ended that needs an error far beyond its accuracy.
+/// End of a fit that needs an error far beyond its accuracy.
 #[derive(Clone, Debug)]
 pub(super) struct Deferred {
     pub(super) judged: Judged,
@@ -59,10 +59,10 @@ impl Corrected {
 }
 
 impl OnPlant {
-    /// Whether the search goes on in the model with the imperfections of this fit, after which the minimum `found` is judged. They explain
-    /// the records, but for a little structure: where a cut passes a resonance, the arm moves so far that its geometry adds second
-    /// harmonics, which no linear model has. Or they explain most of them, and the rest may be a few wrong bushings, which a branch finds.
-    /// The imperfections of an earlier fit give way to better ones alone.
+    /// Returns whether the search goes on in the model with the imperfections of this fit, after which the minimum `found` is judged. They
+    /// explain the records, but for a little structure: where a cut passes a resonance, the arm moves so far that its geometry adds second
+    /// harmonics, which no linear model has. Or they explain most of them, and the rest may be a few wrong bushings, which a branch finds. The
+    /// imperfections of an earlier fit give way to better ones alone.
     pub(super) fn corrects(&self, found: &Minimum, corrected: Option<&Corrected>) -> bool {
         let Self { judged, is_reached, is_plausible } = self;
         let is_better = match corrected {
@@ -79,7 +79,7 @@ impl OnPlant {
         *is_plausible && is_better
     }
 
-    /// Whether noise explains the residuals that implausible imperfections leave.
+    /// Returns whether noise explains the residuals that implausible imperfections leave.
     pub(super) fn explains_implausibly(&self) -> bool {
         let Judged { sum_of_squares, degrees_of_freedom, .. } = self.judged;
         !self.is_plausible && noise_explains(sum_of_squares, degrees_of_freedom)
@@ -87,15 +87,15 @@ impl OnPlant {
 }
 
 impl Judged {
-    /// Whether these residuals, with the imperfections fitted, exceed the noise by less than [`LEFT`] of what those of `fit` do, and are
-    /// so small that a branch may be the right minimum.
+    /// Returns whether these residuals, with the imperfections fitted, exceed the noise by less than [`LEFT`] of the excess of `fit`, and are so
+    /// small that a branch may be the right minimum.
     fn explains_most_of(&self, fit: &Fit) -> bool {
         let left = self.sum_of_squares - self.degrees_of_freedom;
         let all = fit.sum_of_squares - fit.degrees_of_freedom;
         left < LEFT * all && self.sum_of_squares <= NEAR * self.degrees_of_freedom
     }
 
-    /// Whether its objective is smaller than another one beyond doubt, whatever the information in either model.
+    /// Returns whether its objective is smaller than another one beyond doubt, whatever the information in either model.
     pub(super) fn explains_clearly_more_than(&self, other: &Self) -> bool {
         self.objective < other.objective - RIVAL * self.inflation()
     }
@@ -105,8 +105,8 @@ impl Judged {
         (self.sum_of_squares / self.degrees_of_freedom.max(1.0)).max(1.0)
     }
 
-    /// Whether it is better than another one beyond doubt. Where noise does not explain the residuals, errors of the model change deviances
-    /// as noise of that size would.
+    /// Returns whether it is better than another one beyond doubt. Where noise does not explain the residuals, errors of the model change
+    /// deviances as noise of that size would.
     pub(super) fn is_clearly_better_than(&self, other: &Self) -> bool {
         let [own, other] = [self, other].map(|one| one.objective + one.log_information);
         own < other - RIVAL * self.inflation()

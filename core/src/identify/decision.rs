@@ -1,19 +1,20 @@
-//! What follows from where a refinement has ended.
+//! Decisions after a refinement has ended.
 //!
 //! Both functions are pure: their result depends on the minimum and on what is left to try, and they change nothing.
 
 use super::Acceptance;
 use super::minimum::{Minimum, structure_is_beyond_noise};
 
-/// How often the best minimum must have been reached to be accepted where the noise could hide a wrong basin.
+/// Visits after which the best minimum is accepted where the noise could hide a wrong basin. Chosen: two robots of 1200 reach a wrong basin twice
+/// in a row.
 pub(super) const TIMES_CONSISTENT: u32 = 2;
-/// The same where its residuals are larger than the noise explains, or where in the perfect model they have more structure. Two robots
-/// of 1200 reach a wrong basin twice in a row; of drawn six-joint arms, one in eight.
+/// Visits after which it is accepted where its residuals are larger than the noise explains, or where in the perfect model they have more
+/// structure. Chosen: of drawn six-joint arms one in eight reaches a wrong basin twice in a row.
 pub(super) const TIMES_SUSPECT: u32 = 4;
-/// How often a refinement is continued that has used up its steps short of the minimum, where noise explains the residuals; and the last
-/// fit to a plant, whatever explains them.
+/// Continuations of a refinement that has used up its steps short of the minimum, where noise explains the residuals; and of the last fit to a
+/// plant, whatever explains them. Chosen: a minimum that is not reached after five times the steps counts as it stands.
 pub(super) const MAX_PROLONGATIONS: u32 = 4;
-/// Searches that one change of the records may cost.
+/// Searches that one change of the records may cost. Chosen: it bounds the time; then the best minimum is settled on, with its doubts.
 const MAX_STARTS: u32 = 8;
 
 /// The state of the search beside a minimum.
@@ -46,7 +47,7 @@ pub(super) struct Searches {
     pub(super) is_corrected: bool,
 }
 
-/// What to do with the minimum where a refinement has ended.
+/// Next action for the minimum where a refinement has ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum OfFound {
     /// Settle on it.
@@ -61,7 +62,7 @@ pub(super) enum OfFound {
     Compare { branch: bool },
 }
 
-/// What to do with the best minimum of the searches so far.
+/// Next action for the best minimum of the searches so far.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum OfBest {
     /// Settle on it once its branches have been refined.
@@ -72,7 +73,7 @@ pub(super) enum OfBest {
     GoOn { branch: bool, search: bool },
 }
 
-/// What follows from the minimum where a refinement has ended.
+/// Decides what to do with the minimum where a refinement has ended.
 pub(super) fn of_found(found: &Minimum, circumstances: &Circumstances) -> OfFound {
     let Circumstances { has_records, tried_alone, best_agrees, has_best, .. } = *circumstances;
     if tried_alone {
@@ -103,8 +104,8 @@ pub(super) fn of_found(found: &Minimum, circumstances: &Circumstances) -> OfFoun
     OfFound::Compare { branch: stopped_short && !has_best }
 }
 
-/// What follows from the best minimum after searches. Where implausible imperfections have explained the records, plausible ones may:
-/// as long as there are searches left, one that noise does not explain is not believed.
+/// Decides what to do with the best minimum after searches. Where implausible imperfections have explained the records, plausible ones may: as
+/// long as there are searches left, one that noise does not explain is not believed.
 ///
 /// In a model with imperfections the right minimum may leave some structure: where the spindle passes a resonance, the arm answers with second
 /// harmonics, and a linear model has none. Twice suffices then. Of the drawn six-joint plants with structure up to [`structure_is_beyond_noise`]

@@ -16,7 +16,7 @@ use crate::refine::Plant;
 const FAR: f64 = 3.0;
 
 impl<R: Rng> Identifier<R> {
-    /// Whether a fit to the plant that would correct the model is to be deferred.
+    /// Returns whether a fit to the plant that would correct the model is to be deferred.
     pub(super) fn is_to_be_deferred(&self, plant: &Plant, from: FitStart) -> bool {
         let may_go_on = matches!(from, FitStart::Descent | FitStart::Minimum);
         may_go_on && self.corrected.is_none() && plant.largest_factor() > FAR
@@ -38,7 +38,7 @@ impl<R: Rng> Identifier<R> {
         self.believes_deferred_beside(&best.judged(), acceptance == Acceptance::Consistent)
     }
 
-    /// As [`Identifier::believes_deferred`], where what is judged so explains the records, or not.
+    /// Decides as [`Identifier::believes_deferred`], beside another fit, `other`, that explains the records or not.
     pub(super) fn believes_deferred_beside(&mut self, other: &Judged, explains: bool) -> bool {
         let Some(deferred) = self.deferred.take() else { return false };
         if explains && !deferred.judged.explains_clearly_more_than(other) {

@@ -1,9 +1,9 @@
-//! Which part of what a fit leaves is no response to the force.
+//! Part of the residuals that is no response to the force.
 //!
-//! What a wrong linear model leaves is a response to the force, whatever is wrong: masses, axes, filters, a body that the model lacks. What
-//! joints leave that are not linear is not, nor is that of a clock that wanders or of a sensor at its limit (nonlinear distortion: Pintelon
-//! and Schoukens, _System Identification_, 2nd edition, 2012, chapter 3). Where the mean square of what is left is m, in units of the noise,
-//! and that of what no smooth response to the force explains of it i, this part is
+//! Any error of a linear model leaves a response to the force: masses, axes, filters, a body that the model lacks. Joints that are not linear, a
+//! clock that wanders or a sensor at its limit leave residuals that no linear response explains (nonlinear distortion: Pintelon and Schoukens,
+//! _System Identification_, 2nd edition, 2012, chapter 3). Let m be the mean square of the residuals in units of the noise, and i that of the
+//! part which no smooth response to the force explains. The distortion is
 //!
 //! ```text
 //! (i − 1)/(m − 1)
@@ -21,7 +21,7 @@ use crate::spectrum::Experiment;
 /// Mean square of what is left, in units of the noise, from which on a window counts. A window of noise exceeds 2 once in twenty
 /// thousand; from 3 on the part scatters by less than 0.1.
 const CLEAR: f64 = 3.0;
-/// Least windows of a record along an axis.
+/// Least windows of a record along an axis. Chosen: the median of eight scatters by `1.25/√8`, 44 % of the scatter of one.
 const WINDOWS: usize = 8;
 /// Most windows of a record along an axis: those of a band of 4608 bins.
 const MAX_WINDOWS: usize = 192;

@@ -1,12 +1,12 @@
-//! What the work has cost, and which method has led to the estimate.
+//! Cost of the work, and the method that has led to the estimate.
 
-/// What the work has cost, by method.
+/// Cost of the work, by method.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Effort {
     /// Searches begun.
     pub starts: u32,
-    /// Of these, the paper's random searches; the others are descents.
+    /// Number of them that are the paper's random searches; the others are descents.
     pub random_searches: u32,
     /// Branches of minima that have been refined.
     pub branches: u32,
@@ -16,7 +16,7 @@ pub struct Effort {
     pub refine_iterations: u64,
 }
 
-/// Which method has led to an estimate; later records refine it from there.
+/// Method that has led to an estimate; later records refine it from there.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum FoundBy {

@@ -19,8 +19,8 @@ pub enum Acceptance {
     /// structure than noise, up to 25 %, the standard deviations are robust. Or they are random, and up to ten times as large: the cut has more
     /// noise than the rest.
     Consistent,
-    /// The same minimum was reached from several searches, and its residuals are larger than the noise explains, or have more structure than
-    /// that: the model is wrong.
+    /// Several searches have reached this minimum, and its residuals are larger than the noise explains, or have more structure: the model is
+    /// wrong.
     ModelSuspect,
     /// The budget of starts ran out before either; or the residuals are too few to test the model, or far smaller than the stated
     /// noise.
@@ -84,7 +84,7 @@ pub struct Estimate {
     /// Number of retired records that were dropped because newer ones contradict them: the robot has changed.
     pub forgotten: u64,
     pub(super) coordinates: Coordinates,
-    /// Of each unknown the farthest rival below and above the minimum; empty without one.
+    /// For each unknown, the farthest rival below and above the minimum; empty without one.
     pub(super) apart: Vec<[Rival; 2], MAX_UNKNOWNS>,
     /// The largest standard deviation of every unknown at other points that the data do not exclude; empty without one.
     pub(super) deviations_elsewhere: Vec<f64, MAX_UNKNOWNS>,

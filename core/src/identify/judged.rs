@@ -1,4 +1,4 @@
-//! What a minimum is judged by.
+//! Criteria by which a minimum is judged.
 
 use crate::refine::{Fit, Structure};
 

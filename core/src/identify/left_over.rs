@@ -1,4 +1,4 @@
-//! What an estimate leaves of the records: bin by bin, where that is more than elsewhere, and whether it is a response to the force.
+//! Residuals of an estimate: bin by bin, where they are larger than elsewhere, and whether they are a response to the force.
 
 use heapless::Vec;
 
@@ -29,9 +29,9 @@ impl<R> Identifier<R> {
         refinement.each_bin(&problem, &estimate.coordinates, plant, experiments, first, take)
     }
 
-    /// Where the residuals of a settled `estimate` are larger than elsewhere, and whether they are no response to the force. It is that of
-    /// `plant` where its last fit has ended, if there is one, or else the identifier's own. Nothing where noise explains the residuals;
-    /// where the minimum may be a wrong one, only whether they are no response to the force: those of a wrong minimum are.
+    /// Returns where the residuals of a settled `estimate` are larger than elsewhere, and whether they are no response to the force. It is that
+    /// of `plant` where its last fit has ended, if there is one, or else the identifier's own. The list is empty if noise explains the residuals.
+    /// If the minimum may be a wrong one, the list has the distortion alone: a wrong minimum leaves a response to the force.
     #[inline(never)]
     pub fn left_over<const B: usize>(
         &mut self,

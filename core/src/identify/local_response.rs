@@ -1,4 +1,4 @@
-//! What no smooth response to the force explains.
+//! Residuals that no smooth response to the force explains.
 //!
 //! An error of a linear model leaves a response to the force. Within a few bins it is nearly
 //!
@@ -25,9 +25,9 @@ const UNKNOWNS: usize = 8;
 /// Mean squares in a window of bins along an axis, over that of the noise.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Window {
-    /// Of what a model leaves.
+    /// Mean square of the residuals.
     pub(super) left: f64,
-    /// Of what no smooth response to the force explains of that. Noise has 1.
+    /// Mean square of the part that no smooth response to the force explains. Noise has 1.
     pub(super) incoherent: f64,
 }
 
@@ -78,7 +78,7 @@ pub(super) fn sorted<const N: usize>(values: impl Iterator<Item = f64>) -> Vec<f
     sorted
 }
 
-/// What a part of the values lies below; NaN of nothing.
+/// Returns the value below which this part of the values lies; NaN of nothing.
 pub(super) fn quantile(sorted: &[f64], part: f64) -> f64 {
     let place = part * sorted.len().saturating_sub(1) as f64;
     let (lower, rest) = (place as usize, place - libm::floor(place));

@@ -1,4 +1,4 @@
-//! What a refinement has come to, and whether noise explains it.
+//! Minimum of a refinement, and whether noise explains it.
 
 use heapless::Vec;
 
@@ -9,23 +9,24 @@ use crate::refine::{Fit, Remaining, Structure};
 use crate::sought::{Coordinates, MAX_UNKNOWNS, Sought};
 use crate::verdict::FOREIGN;
 
-/// χ² per degree of freedom below which the noise is taken for louder than it is, if the residuals are many: the nearest wrong
-/// basin of the reference scenario, at 2, would then be below 1.
+/// χ² per degree of freedom below which the noise is taken for louder than it is, if the residuals are many. Chosen: the nearest wrong basin of
+/// the reference scenario, at 2, would then be below 1.
 const TOO_LOUD: f64 = 0.5;
 /// Structure that matters: in a part of the band where the mean square of the residuals is so much larger than in all of it, intervals that
 /// hold for all of it are a twentieth too narrow, `1.05² − 1`, and miss 6 % instead of 5. It counts in units of the noise.
 const STRUCTURED: f64 = 0.10;
-/// The same of a tenth, `1.1² − 1`: such intervals miss 7.5 %, half again as often as they say.
+/// Structure that matters in units of the residuals: intervals are a tenth too narrow, `1.1² − 1`, and miss 7.5 %, half again as often as they
+/// say.
 const STRUCTURED_BEYOND_NOISE: f64 = 0.21;
-/// The same where standard deviations are robust: the most that right minima of drawn plants leave (`tests/README.md`). Intervals hold with
-/// more: the blocks of the jackknife are as narrow as the smoothing, and with a structure of s the scatter of 48 is known as that of
-/// `48 / (1 + s²)` (Satterthwaite, 1946), whose intervals miss 7.5 % at s = 1.7. They do not allow for a wrong minimum, which leaves 31 % at
-/// least.
+/// Structure that matters where standard deviations are robust. Chosen: the most that right minima of drawn plants leave (`tests/README.md`).
+/// Intervals hold with more: the blocks of the jackknife are as narrow as the smoothing, and with a structure of s the scatter of 48 is known as
+/// that of `48 / (1 + s²)` (Satterthwaite, 1946), whose intervals miss 7.5 % at s = 1.7. They do not allow for a wrong minimum, which leaves 31 %
+/// at least.
 const STRUCTURED_AS_WRONG: f64 = 0.25;
-/// Median SSP up to which the records stand clear of the noise: with ten times the noise of the reference scenario (0.14)
-/// one wrong basin in twenty has residuals that noise explains.
+/// Median SSP up to which the records stand clear of the noise. Chosen: with ten times the noise of the reference scenario (0.14) one wrong basin
+/// in twenty has residuals that noise explains.
 const CLEAR: f64 = 0.05;
-/// Relative error of the noise's power over the three directions, of each of which it is known to 7 %.
+/// Relative error of the noise's power over the three directions: `7 %/√3`, since that of each is known to 7 %.
 const NOISE_ERROR: f64 = 0.04;
 /// Size and structure of the residuals together, each in its standard deviations, above which a minimum that leaves a stiffness
 /// undetermined is doubtful. The sum is about N(0, 2): noise exceeds it once in 430.
@@ -33,9 +34,11 @@ const DOUBTFUL: f64 = 4.0;
 /// Sum of the same two, as far as they are positive, above which the model does not explain the residuals. Noise exceeds it once in
 /// fifty fits.
 const MISFIT: f64 = 3.0;
-/// χ² per degree of freedom up to which the branches of a minimum are refined although noise does not explain it.
+/// χ² per degree of freedom up to which the branches of a minimum are refined although noise does not explain it. Chosen: residuals of more than
+/// five times the noise are left to the next search.
 pub(super) const NEAR: f64 = 30.0;
-/// Two minima are equally good if their sums of squares differ by less than 1, and this part of them.
+/// Relative difference of the sums of squares, beside 1, up to which two minima are equally good. Chosen: it counts for sums above ten thousand;
+/// equal minima in different places are rivals.
 const SAME_MINIMUM: f64 = 1e-4;
 /// Difference of the deviances below which the worse of two minima in different places may be the right one; beyond it the evidence
 /// is very strong (Kass and Raftery, "Bayes factors", 1995, section 3.2).
@@ -60,7 +63,7 @@ pub(super) struct Rival {
     pub(super) gap: f64,
 }
 
-/// Where a refinement has ended.
+/// End of a refinement.
 #[derive(Clone, Debug)]
 pub(super) struct Minimum {
     pub(super) coordinates: Coordinates,
@@ -68,7 +71,7 @@ pub(super) struct Minimum {
     pub(super) fit: Fit,
     /// Residuals that are left once the imperfections of the plant are fitted from here. `None` if they have not been.
     pub(super) of_plant: Option<Judged>,
-    /// What a step would still gain.
+    /// Gain of a further step.
     remaining: f64,
     /// How often searches have led to it, or to the minimum whose branch it is.
     pub(super) times: u32,
@@ -78,14 +81,14 @@ pub(super) struct Minimum {
     pub(super) has_rival: bool,
     /// Its branches have been refined; none is clearly better.
     pub(super) is_branched: bool,
-    /// Of each unknown the farthest rival below and above this minimum; empty without one.
+    /// For each unknown, the farthest rival below and above this minimum; empty without one.
     pub(super) apart: Vec<[Rival; 2], MAX_UNKNOWNS>,
     /// The largest standard deviation of every unknown at other points that the data do not exclude; empty without one.
     pub(super) deviations_elsewhere: Vec<f64, MAX_UNKNOWNS>,
 }
 
 impl Minimum {
-    /// Where a refinement has ended, with what is left to the minimum there.
+    /// End of a refinement, with what is left to the minimum there.
     pub(super) fn new(
         coordinates: Coordinates,
         found_by: FoundBy,
@@ -281,7 +284,7 @@ impl Minimum {
         self.remember_deviations(worse.deviations_elsewhere.iter().copied());
     }
 
-    /// Of each unknown the rivals that count more than those it remembers.
+    /// Keeps, for each unknown, the rivals that count more than those it remembers.
     fn remember(&mut self, rivals: impl Iterator<Item = [Rival; 2]>) {
         let inflation = self.inflation();
         for (unknown, new) in rivals.enumerate() {
@@ -330,7 +333,7 @@ impl Minimum {
         }
     }
 
-    /// What a refinement makes least is the same for both.
+    /// Returns whether both have the same objective, but for [`SAME_MINIMUM`].
     pub(super) fn is_as_good_as(&self, other: &Self) -> bool {
         let (own, other) = (self.fit.objective, other.fit.objective);
         (own - other).abs() <= 1.0 + SAME_MINIMUM * other
@@ -348,7 +351,7 @@ impl Minimum {
         !other.is_same_place(distance) && (gap < self.beyond_doubt() || self.is_as_good_as(other))
     }
 
-    /// Whether it is better than another one beyond doubt.
+    /// Returns whether it is better than another one beyond doubt.
     pub(super) fn is_clearly_better_than(&self, other: &Self) -> bool {
         let beyond_doubt = self.beyond_doubt();
         let [own, other] = self.ranks(other);
@@ -361,8 +364,8 @@ impl Minimum {
         if self.of_plant.is_some() { RIVAL * self.inflation() } else { RIVAL }
     }
 
-    /// What the two are compared by, the smaller the better: the deviance, or the sum of squares if either is no minimum yet, for
-    /// which Laplace's approximation does not hold. If both have been judged on the plant, it is that of their fits there.
+    /// Ranks of the two, the smaller the better: the deviance, or the sum of squares if either is no minimum yet, for which Laplace's
+    /// approximation does not hold. If both have been judged on the plant, it is that of their fits there.
     fn ranks(&self, other: &Self) -> [f64; 2] {
         if let (Some(own), Some(other)) = (self.of_plant, other.of_plant) {
             return [own, other].map(|fit| fit.objective + fit.log_information);
@@ -376,14 +379,14 @@ impl Minimum {
         self.fit.inflation()
     }
 
-    /// Whether a point at this squared distance is the same minimum. Residuals larger than the noise make the standard
-    /// deviations larger, too.
+    /// Returns whether a point at this squared distance is the same minimum. Residuals larger than the noise make the standard deviations larger,
+    /// too.
     pub(super) fn is_same_place(&self, distance: f64) -> bool {
         distance <= SAME_PLACE * self.inflation()
     }
 
-    /// Whether the contradiction of retired records is more than the model's own error makes, which differs from cut to cut:
-    /// that error is what noise does not explain of `alone`, the records that are kept without them.
+    /// Returns whether the contradiction of retired records is more than the model's own error makes, which differs from cut to cut: that error
+    /// is what noise does not explain of `alone`, the records that are kept without them.
     pub(super) fn is_contradicted_beyond(&self, alone: &Self) -> bool {
         let error = (alone.fit.sum_of_squares - alone.fit.degrees_of_freedom).max(0.0);
         self.fit.contradiction > rarely_exceeded(self.fit.covariance.rank() as f64) + error

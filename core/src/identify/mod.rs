@@ -77,7 +77,7 @@ pub use progress::Progress;
 pub use standing::{Standing, StandingError};
 use start::Method;
 
-/// What the present refinement is for.
+/// Purpose of the present refinement.
 #[derive(Clone, Debug, Default)]
 enum Purpose {
     /// The minimum of a start.
@@ -91,17 +91,17 @@ enum Purpose {
     Plant {
         /// The minimum.
         found: Minimum,
-        /// Where the fit begins.
+        /// Start of the fit.
         from: FitStart,
     },
 }
 
-/// Where a fit to the plant begins.
+/// Start of a fit to the plant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum FitStart {
     /// The minimum.
     Minimum,
-    /// The same, a branch of one that has been accepted so.
+    /// The end of a branch whose minimum has already been accepted, with this acceptance.
     BranchOf(Acceptance),
     /// The end of the descent that has led to the minimum. A descent allows for relative errors of the model, so that imperfections draw its
     /// end away less than the minimum of the perfect model. If the fit explains too little, another one begins at the minimum.
@@ -311,8 +311,8 @@ impl<R: Rng> Identifier<R> {
         self.advance(experiments, None)
     }
 
-    /// As [`Identifier::step`], of a plant that is not perfect: a minimum that noise does not explain is judged by the residuals that its
-    /// imperfections leave. The estimate takes the imperfections as perfectly known; see [`Identifier::estimate_of_plant`].
+    /// Takes a step as [`Identifier::step`], of a plant that is not perfect: a minimum that noise does not explain is judged by the residuals
+    /// that its imperfections leave. The estimate takes the imperfections as perfectly known; see [`Identifier::estimate_of_plant`].
     ///
     /// # Panics
     /// If `plant` is of other joints.
@@ -397,7 +397,7 @@ impl<R: Rng> Identifier<R> {
         goes_on
     }
 
-    /// Whether a minimum has been accepted, and only its branches and rivals are searched before it is settled on.
+    /// Returns whether a minimum has been accepted, and only its branches and rivals are searched before it is settled on.
     pub fn has_accepted(&self) -> bool {
         match &self.purpose {
             Purpose::Branch(branch) => branch.is_of_accepted(),

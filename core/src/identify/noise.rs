@@ -62,7 +62,7 @@ impl<R> Identifier<R> {
         Shown { tones: tones::candidates(experiment, &mut left, bins), cut_noise }
     }
 
-    /// What `estimate` leaves of one record. `None` where its model cannot be computed.
+    /// Returns the residuals of `estimate` in one record. `None` where its model cannot be computed.
     #[inline(never)]
     pub(super) fn unexplained<const B: usize>(
         &mut self,

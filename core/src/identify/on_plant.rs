@@ -25,7 +25,7 @@ impl<R: Rng> Identifier<R> {
         }
     }
 
-    /// Whether the imperfections of the plant are to be fitted before this minimum is judged.
+    /// Returns whether the imperfections of the plant are to be fitted before this minimum is judged.
     pub(super) fn is_to_be_judged_on_plant<const B: usize>(
         &self,
         found: &Minimum,
@@ -37,7 +37,7 @@ impl<R: Rng> Identifier<R> {
             && !(experiments.is_empty() || is_alone || is_judged || self.is_of_correction(found))
     }
 
-    /// Whether a fit to the plant would lead to no better imperfections than the model has.
+    /// Returns whether a fit to the plant would lead to no better imperfections than the model has.
     fn is_of_correction(&self, found: &Minimum) -> bool {
         match &self.corrected {
             Some(Corrected { coordinates, fitted_in_vain, .. }) => {
@@ -49,7 +49,7 @@ impl<R: Rng> Identifier<R> {
         }
     }
 
-    /// Whether imperfections that have explained too little of this minimum may explain more from the end of another descent to it.
+    /// Returns whether imperfections that have explained too little of this minimum may explain more from the end of another descent to it.
     pub(super) fn is_to_be_judged_from_descent(&self, found: &Minimum) -> bool {
         let is_judged = found.of_plant.is_some() && may_be_mended(found);
         is_judged && !self.refinement.is_corrected() && self.descent_end.is_some()
@@ -180,7 +180,7 @@ impl<R: Rng> Identifier<R> {
         self.prolongations = 0;
     }
 
-    /// Where the fit to the plant has ended, for a minimum that was found. `None` where gravity leaves the robot no equilibrium.
+    /// Returns the end of the fit to the plant, for a minimum that was found. `None` where gravity leaves the robot no equilibrium.
     #[inline(never)]
     fn fitted_to_plant<const B: usize>(
         &mut self,
@@ -206,7 +206,7 @@ impl<R: Rng> Identifier<R> {
     }
 }
 
-/// Whether noise does not explain a minimum, and imperfections of the plant may.
+/// Returns whether noise does not explain a minimum, and imperfections of the plant may.
 pub(super) fn may_be_mended(found: &Minimum) -> bool {
     let is_explained = found.is_explained() && !found.is_structured();
     !is_explained && !found.contradicted && found.is_tested()

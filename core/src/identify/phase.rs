@@ -1,6 +1,6 @@
-//! What an identifier is doing.
+//! Phases of an identifier.
 
-/// What an [`Identifier`](super::Identifier) is doing.
+/// Present work of an [`Identifier`](super::Identifier).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Phase {
     /// Needs a record.

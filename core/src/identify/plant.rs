@@ -159,7 +159,7 @@ impl<R> Identifier<R> {
     }
 }
 
-/// Whether accuracies that are contradicted very strongly stand for an error that no imperfection has.
+/// Returns whether accuracies that are contradicted very strongly stand for an error that no imperfection has.
 ///
 /// - A parameter fixed at a wrong value (`imposes`) is explained by wrong masses, gains or records.
 /// - What is no imperfection, friction say, is explained by many imperfections together, and the contradicted ones explain little of the misfit,

@@ -20,7 +20,7 @@ impl<R> Identifier<R> {
         refinement.retire(&problem, experiment).is_ok()
     }
 
-    /// As [`Identifier::retire`], on a plant: adds the information of record number `record` of the `experiments` on which `estimate`, that of
+    /// Retires a record as [`Identifier::retire`], on a plant: adds the information of record number `record` of the `experiments` on which `estimate`, that of
     /// `plant`, rests, if it is consistent.
     pub fn retire_on_plant<const B: usize>(
         &mut self,

@@ -14,7 +14,7 @@ use crate::refine::Retired;
 use crate::sought::{Coordinates, MAX_UNKNOWNS, Sought};
 use crate::spectrum::Experiment;
 
-/// How far beyond its bounds rounding may put a parameter's logarithm.
+/// Distance beyond its bounds at which a parameter's logarithm is rejected. Chosen: far above the rounding of a logarithm, 4e-15 at 1e10.
 const ROUNDING: f64 = 1e-9;
 
 /// A settled identifier, without its experiments and its generator of random numbers.
@@ -26,7 +26,7 @@ const ROUNDING: f64 = 1e-9;
 pub struct Standing {
     /// One per coordinate.
     pub(super) coordinates: Vec<f64, MAX_UNKNOWNS>,
-    /// Of each unknown the farthest rival below and above the minimum; empty without one.
+    /// For each unknown, the farthest rival below and above the minimum; empty without one.
     pub(super) apart: Vec<[Rival; 2], MAX_UNKNOWNS>,
     /// The largest standard deviation of every unknown at other points that the data do not exclude; empty without one.
     pub(super) deviations_elsewhere: Vec<f64, MAX_UNKNOWNS>,
@@ -94,7 +94,7 @@ impl Standing {
 }
 
 impl<R: Rng> Identifier<R> {
-    /// Where it stands; `None` unless it has settled on an estimate of records.
+    /// Returns its standing; `None` unless it has settled on an estimate of records.
     pub fn standing(&self) -> Option<Standing> {
         let estimate = self.estimate.as_ref().filter(|_| self.phase == Phase::Settled)?;
         Some(Standing {

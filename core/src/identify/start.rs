@@ -1,4 +1,4 @@
-//! Where the starts begin.
+//! Points at which the starts begin.
 
 use rand_core::Rng;
 
@@ -14,26 +14,26 @@ pub(super) enum Method {
     RandomSearch,
 }
 
-/// One start in so many is a random search: the two methods fail on different robots, and the minimum of a wrong model is
-/// reached by both before it is believed. A descent takes a tenth of the time.
+/// One start in so many is a random search. Chosen: the two methods fail on different robots, and the minimum of a wrong model is reached by both
+/// before it is believed. A descent takes a tenth of the time.
 const RANDOM_SEARCH: u32 = 4;
-/// Part of the bounds' logarithms, about their middle, in which the stiffnesses of later descents begin: of six decades nearly
-/// five. From parts of 0.6 and 1 about as many descents find the basin.
+/// Part of the bounds' logarithms, about their middle, in which the stiffnesses of later descents begin: of six decades nearly five. Chosen: from
+/// parts of 0.6 and 1 about as many descents find the basin.
 const SPREAD: f64 = 0.8;
 
 impl Method {
-    /// Of a start, by how many went before it on the same records.
+    /// Method of a start, by how many went before it on the same records.
     pub(super) fn after(starts: u32) -> Self {
         if starts % RANDOM_SEARCH == RANDOM_SEARCH - 1 { Self::RandomSearch } else { Self::Descent }
     }
 }
 
-/// Where the first descent begins: the middle of the bounds.
+/// Start of the first descent: the middle of the bounds.
 pub(super) fn middle(bounds: &Bounds, sought: &Sought) -> Coordinates {
     sought.coordinates(&bounds.middle(sought.joints()))
 }
 
-/// Where a later descent begins: each stiffness anywhere about the middle, with its damping ratio.
+/// Start of a later descent: each stiffness anywhere about the middle, with its damping ratio.
 pub(super) fn elsewhere(bounds: &Bounds, sought: &Sought, generator: &mut impl Rng) -> Coordinates {
     let mut start = middle(bounds, sought);
     let mut step = [0.0; MAX_UNKNOWNS];
@@ -62,8 +62,7 @@ pub(super) fn typical_damping(damping: [f64; 2], bounds: [f64; 2], stiffness: f6
     (middle + 0.5 * stiffness).clamp(least, most)
 }
 
-/// The same bushings, but the stiffness of one unknown, whose logarithm is given, within its bounds, and its damping, which becomes
-/// [typical](typical_damping).
+/// Changes the stiffness of one unknown to this logarithm, within its bounds, and makes its damping [typical](typical_damping).
 pub(super) fn with_stiffness(
     sought: &Sought,
     bounds: &Bounds,

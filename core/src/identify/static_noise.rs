@@ -7,11 +7,11 @@ use crate::spectrum::Experiment;
 use crate::statics::{DIAL_GAUGE, RESOLVED, StaticTest};
 use crate::verdict::fisher_exceeds;
 
-/// Most fits. Where no displacement states its noise the first is enough, but for bounds and priors.
+/// Most fits. Chosen: where no displacement states its noise the first is enough, but for bounds and priors.
 const ROUNDS: usize = 20;
 /// Relative change of the deviation at which it has settled. Chosen: a tenth of its own error for fifty readings.
 const SETTLED: f64 = 0.01;
-/// Least redundancy of the displacements: below one, none is left to estimate by.
+/// Least redundancy of the displacements. Chosen: one degree of freedom; below, none is left to estimate by.
 const LEAST_REDUNDANCY: f64 = 1.0;
 /// Largest estimated deviation, in the displacements' root mean square, but at least that of a dial gauge. Chosen: a dozen residuals and more
 /// that are half of the displacements then object to the model.

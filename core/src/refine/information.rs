@@ -31,8 +31,8 @@ impl Information {
         information
     }
 
-    /// Prior information about the parameters: the logarithm of each lies anywhere between its bounds, with the variance `ln(upper / lower)² /
-    /// 12`.
+    /// Prior information about the parameters: the logarithm of each lies anywhere between its bounds, with the variance
+    /// `ln(upper / lower)² / 12`.
     pub fn of_bounds(sought: &Sought, bounds: &Bounds) -> Self {
         let mut information = Self::none(sought.unknowns());
         let ranges = sought.ranges(&[0.0; MAX_UNKNOWNS], bounds);

@@ -1,4 +1,4 @@
-//! Where the refinement of a branch has ended: it replaces its minimum, is its rival, or is worse.
+//! End of the refinement of a branch: it replaces its minimum, is its rival, or is worse.
 
 use heapless::Vec;
 use rand_core::Rng;
@@ -12,7 +12,7 @@ use crate::sought::MAX_UNKNOWNS;
 use crate::spectrum::Experiment;
 
 impl<R: Rng> Identifier<R> {
-    /// Whether a branch has led back to its minimum.
+    /// Returns whether a branch has led back to its minimum.
     pub(in crate::identify) fn is_back(&self) -> bool {
         let is_branch = matches!(self.purpose, Purpose::Branch(_));
         let minimum = self.best.as_ref().filter(|_| is_branch);

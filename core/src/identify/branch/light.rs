@@ -9,13 +9,13 @@ use crate::chain::Chain;
 use crate::parameters::Bounds;
 use crate::sought::{Coordinate, Coordinates, MAX_UNKNOWNS, Sought};
 
-/// Damping ratio, with the inertia that the joint carries, above which a bushing is heavily damped. Wrong dampings of drawn
-/// six-joint arms had ratios of 0.2 to 0.6.
+/// Damping ratio, with the inertia that the joint carries, above which a bushing is heavily damped. Chosen: wrong dampings of drawn six-joint
+/// arms had ratios of 0.2 to 0.6.
 const HEAVY: f64 = 0.05;
-/// The ratio that replaces it, a decade below: from there the refinement finds either branch.
+/// The ratio that replaces it. Chosen: a decade below, from where the refinement finds either branch.
 const LIGHT: f64 = 0.005;
 
-/// The same stiffnesses, every heavily damped bushing damped lightly, within the bounds; `None` if there is none.
+/// Damps every heavily damped bushing lightly, within the bounds; `None` if there is none.
 pub(super) fn lightly_damped(
     chain: &Chain,
     sought: &Sought,

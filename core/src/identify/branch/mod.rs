@@ -35,22 +35,22 @@ use crate::verdict::WEAK;
 pub(super) use tried::{Branch, Tried};
 pub(super) use typical::typically_damped;
 
-/// When no branch has been a rival for so many records in a row, branches are not refined again before the next search: each record
-/// makes a wrong minimum worse, on average.
+/// Records in a row without a rival among the branches after which these are not refined again before the next search. Chosen: each record makes
+/// a wrong minimum worse, on average.
 const MAX_EXCLUSIONS: u32 = 3;
-/// Most branches in a row that replace their minimum since the last search: sums of squares and deviances rank minima in different
-/// orders, so that two could replace each other without an end. The limit is chosen, not measured.
+/// Most branches in a row that replace their minimum since the last search. Chosen: sums of squares and deviances rank minima in different
+/// orders, so that two could replace each other without an end.
 const MAX_REPLACED: u32 = 30;
-/// Searches for rivals of a minimum that leaves some stiffness undetermined. Without them four of 48 drawn six-joint arms with three
-/// cuts had a wrong parameter called identified; with two searches these four are right.
+/// Searches for rivals of a minimum that leaves some stiffness undetermined. Chosen: without them four of 48 drawn six-joint arms with three cuts
+/// had a wrong parameter called identified; with two searches these four are right.
 const SEARCHES_ELSEWHERE: u32 = 2;
 /// Change of the logarithm of an undetermined stiffness beyond which a branch is far from its minimum. Chosen: a decade. From branches of a drawn
 /// six-joint arm that were up to three times stiffer the fit of the imperfections led back to the minimum, from those that were 34 and more
 /// times stiffer to the right one.
 const FAR_STIFFNESS: f64 = core::f64::consts::LN_10;
-/// A branch of springs in series or of a stiff bushing is worth a step while its sum of squares is at most so many times the minimum's. Chosen on
-/// arms 4 to 33 of the proof: 100 takes no more time than 10; without a limit they take three times as long. Of arms 40 to 99 it leaves none wrong,
-/// and 10 leaves three.
+/// Factor on the minimum's sum of squares up to which a branch of springs in series or of a stiff bushing is worth a step. Chosen on arms 4 to 33
+/// of the proof: 100 takes no more time than 10; without a limit they take three times as long. Of arms 40 to 99 it leaves none wrong, and 10
+/// leaves three.
 const WORTH_A_STEP: f64 = 100.0;
 
 impl<R: Rng> Identifier<R> {
@@ -119,19 +119,19 @@ impl<R: Rng> Identifier<R> {
         true
     }
 
-    /// Whether branches have been worse so often that they are not refined before the next search.
+    /// Returns whether branches have been worse so often that they are not refined before the next search.
     pub(super) fn excludes_branches(&self) -> bool {
         self.exclusions >= MAX_EXCLUSIONS
     }
 
-    /// Whether another minimum may explain the records as well.
+    /// Returns whether another minimum may explain the records as well.
     fn is_worth_a_search(&self, minimum: &Minimum, acceptance: Option<Acceptance>) -> bool {
         acceptance == Some(Acceptance::Consistent)
             && self.tried.elsewhere < SEARCHES_ELSEWHERE
             && self.leaves_stiffness_undetermined(minimum)
     }
 
-    /// Whether some stiffness is undetermined in the minimum.
+    /// Returns whether some stiffness is undetermined in the minimum.
     pub(super) fn leaves_stiffness_undetermined(&self, minimum: &Minimum) -> bool {
         self.undetermined_stiffnesses(minimum).next().is_some()
     }

@@ -17,10 +17,10 @@ use crate::spectrum::Experiment;
 /// Most steps from the minimum of all bins to that of some. Chosen: two or three suffice, but in a flat valley, where branches are not
 /// screened.
 const MAX_STEPS: u32 = 5;
-/// By how much the sum of squares of some bins must be larger, in χ² per degree of freedom, for a branch to be worse by all bins beyond
-/// doubt. Two models that differ by the norm S² in all whitened residuals have sums of squares that differ by `S² ± 2 S`. With three
-/// standard deviations, a difference of all bins below [`RIVAL`](super::super::minimum::RIVAL) leaves S² at 54 or less; of half the bins these have 27, and
-/// their sums then differ by less than 27 + 6 √27 = 58, of a quarter by 36, of a sixth by 27.
+/// Excess of the sum of squares of some bins, in χ² per degree of freedom, from which on a branch is worse by all bins beyond doubt. Two models
+/// that differ by the norm S² in all whitened residuals have sums of squares that differ by `S² ± 2 S`. With three standard deviations, a
+/// difference of all bins below [`RIVAL`](super::super::minimum::RIVAL) leaves S² at 54 or less; of half the bins these have 27, and their sums
+/// then differ by less than 27 + 6 √27 = 58, of a quarter by 36, of a sixth by 27.
 const BEYOND_DOUBT: f64 = 60.0;
 
 impl<R: Rng> Identifier<R> {
@@ -69,7 +69,7 @@ impl<R: Rng> Identifier<R> {
         self.refinement.restart_thinned(from, every);
     }
 
-    /// Whether the present branch, whose screening has ended, goes on with all bins: it is not back, and not worse beyond doubt.
+    /// Returns whether the present branch, whose screening has ended, goes on with all bins: it is not back, and not worse beyond doubt.
     pub(in crate::identify) fn passes_screen(&mut self) -> bool {
         let (Purpose::Branch(branch), Some(minimum), Some(screen)) =
             (&mut self.purpose, &self.best, &self.tried.screen)

@@ -14,11 +14,11 @@ use crate::parameters::Bounds;
 use crate::sought::{Coordinate, Coordinates, MAX_UNKNOWNS, Sought};
 use crate::spectrum::Experiment;
 
-/// Cosine of the angle between two axes from which on they count as parallel, in the poses of all records: 37 degrees. A force
-/// along the one axis then has at least four fifths of its size along the other.
+/// Cosine of the angle between two axes from which on they count as parallel, in the poses of all records. Chosen: 37 degrees, where a force
+/// along the one axis has four fifths of its size along the other.
 const PARALLEL: f64 = 0.8;
-/// Least difference of the logarithms of two stiffnesses for which they are changed. One step of a refinement may be twice as long
-/// (its `LONGEST_STEP`).
+/// Least difference of the logarithms of two stiffnesses for which they are changed. Chosen: one step of a refinement may be twice as long (its
+/// `LONGEST_STEP`).
 const DIFFERENT: f64 = 0.5;
 
 /// A spring of one joint's bushing and one of the next joint's, either along two axes or about them.
@@ -70,7 +70,7 @@ fn pairs(chain: &Chain) -> impl Iterator<Item = Pair> + use<> {
 }
 
 impl Pair {
-    /// Whether the axes are parallel in all `poses`, rad (m).
+    /// Returns whether the axes are parallel in all `poses`, rad (m).
     fn is_in_series<'a>(&self, chain: &Chain, mut poses: impl Iterator<Item = &'a [f64]>) -> bool {
         let next = self.joint + 1;
         let [row, column] = self.dofs.map(|dof| dof % 3);
@@ -82,7 +82,7 @@ impl Pair {
     }
 }
 
-/// The same bushings but for one pair of springs, as far as the bounds allow; `None` if the pair is not sought or the change is small.
+/// Changes one pair of springs, as far as the bounds allow; `None` if the pair is not sought or the change is small.
 fn changed(
     sought: &Sought,
     bounds: &Bounds,

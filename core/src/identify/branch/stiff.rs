@@ -9,9 +9,9 @@ use crate::identify::start;
 use crate::parameters::Bounds;
 use crate::sought::{Coordinate, Coordinates, Sought};
 
-/// Relative standard deviation above which a stiffness is unsure: the wrong ones of six-joint robots had 2 % and more.
+/// Relative standard deviation above which a stiffness is unsure. Chosen: the wrong ones of six-joint robots had 2 % and more.
 const UNSURE: f64 = 0.02;
-/// How far below its upper bound the stiffened one lies, by logarithms.
+/// Distance of the stiffened one below its upper bound, by logarithms. Chosen: one step of a refinement reaches the bound (its `LONGEST_STEP`).
 const STIFF: f64 = 1.0;
 
 /// The unknowns that are stiffnesses, tip first.
@@ -29,7 +29,7 @@ pub(super) fn unsure(
     stiffnesses(sought).filter(move |unknown| deviation(*unknown) > UNSURE)
 }
 
-/// The same bushings, the stiffness of one unknown stiff and its damping ratio in the middle of its bounds.
+/// Makes the stiffness of one unknown stiff, with its damping ratio in the middle of its bounds.
 pub(super) fn stiffened(
     sought: &Sought,
     bounds: &Bounds,

@@ -6,16 +6,17 @@ use crate::identify::minimum::{Minimum, REACHED, RIVAL};
 use crate::refine::{OF_BRANCH, Stagnation};
 use crate::sought::Coordinates;
 
-/// How many times larger the sum of squares may be before the first step than after it, for a branch to be worth that step. Found: of 48
+/// Factor by which the sum of squares may be larger before the first step than after it, for a branch to be worth that step. Chosen: of 48
 /// branches of three six-joint robots the first step makes it 1.3 to 28 times smaller where it ends below ten times the minimum's.
 const BEFORE_THE_FIRST: f64 = 30.0;
 
 /// A branch that is refined before its minimum, the best so far, is settled on.
 #[derive(Clone, Debug)]
 pub(in crate::identify) struct Branch {
-    /// Of the minimum; `None` while it is not accepted.
+    /// Acceptance of the minimum; `None` while it is not accepted.
     pub(super) acceptance: Option<Acceptance>,
-    /// [`RIVAL`] below the minimum's sum of squares, by which the gain of a step is measured. A broader branch is better above it, too.
+    /// Sum of squares that a clearly better branch reaches: the minimum's less [`RIVAL`]. The gain of a step is measured against it. A broader
+    /// branch may be better above it, too.
     pub(super) better: f64,
     /// Sum of squares above which it is not worth a step.
     pub(super) most: f64,
@@ -58,7 +59,7 @@ pub(super) struct RunnerUp {
 }
 
 impl Branch {
-    /// Of a minimum with this sum of squares. `worth` times that is the most that is worth a step.
+    /// Branch of a minimum with this sum of squares. `worth` times that is the most that is worth a step.
     pub(super) fn of(objective: f64, acceptance: Option<Acceptance>, worth: f64) -> Self {
         Self {
             acceptance,
@@ -73,12 +74,12 @@ impl Branch {
         BEFORE_THE_FIRST * self.most
     }
 
-    /// Whether its minimum has been accepted.
+    /// Returns whether its minimum has been accepted.
     pub(in crate::identify) fn is_of_accepted(&self) -> bool {
         self.acceptance.is_some()
     }
 
-    /// Whether the refinement may end: it stands at `objective`, not below its minimum, and could gain no more than [`REACHED`].
+    /// Returns whether the refinement may end: it stands at `objective`, not below its minimum, and could gain no more than [`REACHED`].
     pub(in crate::identify) fn is_near_its_end(
         &self,
         objective: f64,
@@ -87,7 +88,7 @@ impl Branch {
         objective >= self.better + RIVAL && remaining() <= REACHED
     }
 
-    /// Whether the branch, now at `objective`, is not worth another step.
+    /// Returns whether the branch, now at `objective`, is not worth another step.
     pub(in crate::identify) fn is_to_be_given_up(&mut self, objective: f64) -> bool {
         self.stagnation.ends_fit(objective, self.better, 0.0) || objective > self.most
     }

@@ -7,8 +7,8 @@ use crate::parameters::Bounds;
 use crate::sought::{Coordinate, Coordinates, MAX_UNKNOWNS, Sought};
 use crate::verdict::WEAK;
 
-/// The same stiffnesses, the damping ratio of every undetermined damping in the middle of its bounds; `None` if none is
-/// undetermined. `deviation` is the standard deviation of an unknown.
+/// Moves the damping ratio of every undetermined damping to the middle of its bounds; `None` if none is undetermined. `deviation` is the standard
+/// deviation of an unknown.
 pub(in crate::identify) fn typically_damped(
     sought: &Sought,
     bounds: &Bounds,

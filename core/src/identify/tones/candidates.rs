@@ -12,7 +12,7 @@ use crate::spectrum::{MAX_TONES, Tone};
 /// Exponent of the chance that noise has a peak anywhere in the records: the power of a bin over its mean exceeds x with the chance e^(−x),
 /// so that the largest of n exceeds `ln n + 10` with a chance below e⁻¹⁰ (Bonferroni).
 const RARE: f64 = 10.0;
-/// Bins on each side from which the level beside a peak is read.
+/// Bins on each side from which the level beside a peak is read. Chosen: the median of sixteen powers scatters by `1/(ln 2 √16)`, 36 %.
 const BESIDE: usize = 16;
 /// Bins on each side of a peak to which a tone is fitted. Chosen: beyond them a tone has less than a hundredth of its power.
 const REACH: usize = 4;
@@ -23,13 +23,14 @@ const HALVINGS: usize = 17;
 /// Part of a tone's power that the shape of a steady one may leave in its neighbourhood. Chosen: the seam takes that much of the leakage of
 /// tones that have not been subtracted yet.
 const STEADY: f64 = 0.003;
-/// The same for a tone that recurs in another record. Chosen: a tone that begins or ends within the record leaves more, for its leakage is
-/// another one.
+/// Part of a tone's power that the shape may leave of one that recurs in another record. Chosen: a tone that begins or ends within the record
+/// leaves more, for its leakage is another one.
 const VARYING: f64 = 0.03;
-/// A mode of the robot rings as long as the record, and what the model leaves of it looks like a tone, if the square of the response falls
-/// by more than this factor over [`REACH`] bins: by `1 + 4²/w²`, w half the width of the mode, here 2 bins.
+/// Factor by which the square of the response falls over [`REACH`] bins at a narrow mode: `1 + 4²/w²`, w half the width of the mode. Such a mode
+/// rings as long as the record, and its residual looks like a tone. Chosen: w is 2 bins.
 const RESONANCE: f32 = 5.0;
-/// Rounds in which the tones of a record settle: each leaks into the others.
+/// Rounds in which the tones of a record are fitted again. Chosen: each tone leaks into the others, and a round reduces that by the factor of the
+/// leakage.
 const ROUNDS: usize = 2;
 /// Most peaks that are refused before the search ends. Chosen: twice as many as there may be tones.
 const MAX_REFUSED: usize = 2 * MAX_TONES;
@@ -206,7 +207,7 @@ impl<const B: usize> Unexplained<B> {
         (amplitude, explained)
     }
 
-    /// Whether the robot has a narrow resonance about a bin.
+    /// Returns whether the robot has a narrow resonance about a bin.
     fn resonates(&self, index: usize) -> bool {
         let about = &self.response[self.window(index)];
         let least = about.iter().copied().fold(f32::INFINITY, f32::min);

@@ -23,7 +23,8 @@ pub(super) use candidates::Candidate;
 const MAX_CANDIDATES: usize = 64;
 /// Change of χ² below which the fit is not made again. A change of 1 moves no parameter by more than its standard deviation.
 const SAME: f64 = 1.0;
-/// Most bins by which the frequency of a tone differs between two records.
+/// Most bins by which the frequency of a tone differs between two records. Chosen: half a bin of the shorter record is half of the half width of
+/// the main lobe.
 const APART: f64 = 0.5;
 
 /// Subtracts from `experiments` the tones shown that have the shape of one, or recur in another record. Returns whether that changes the

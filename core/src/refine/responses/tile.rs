@@ -111,8 +111,8 @@ fn of_pair_of_seam<V: Lanes<Scalar = f64>>(
     sums
 }
 
-/// Sums of the seam, and `Re P, ω Im P, Im P/ω` of `P = M q_j`, `Re P', ω Im P', Im P'/ω` of `P' = M* q_i`, and `Re R, ω Im R, ω² Re R` of `R =
-/// q_i* P`.
+/// Sums of the seam, and `Re P, ω Im P, Im P/ω` of `P = M q_j`, `Re P', ω Im P', Im P'/ω` of `P' = M* q_i`, and `Re R, ω Im R, ω² Re R` of
+/// `R = q_i* P`.
 #[inline(always)]
 fn of_pair<V: Lanes<Scalar = f64>>(
     like: V,
