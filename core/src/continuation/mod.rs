@@ -33,16 +33,16 @@ use crate::refine::{ParameterNormal, Problem};
 use crate::sought::Coordinates;
 use crate::spectrum::{Experiment, Site};
 
-/// Number of levels below the whole band, half an octave each. The first level ends at a 128th of the highest frequency,
-/// where most joints that can mill have no resonance yet.
+/// Number of levels below the whole band, half an octave each. Chosen: the first level ends at a 128th of the highest frequency, where most
+/// joints that can mill have no resonance yet.
 const WIDENING: u32 = 14;
 /// Last level: the whole band once more, with residuals that noise alone may explain.
 const LAST: u32 = WIDENING + 1;
 /// Number of levels.
 pub(crate) const LEVELS: usize = LAST as usize + 1;
-/// Largest number of steps on a level.
+/// Largest number of steps on a level. Chosen: a level that has not ended by then goes on in the next one.
 const MAX_STEPS: u32 = 40;
-/// Largest change of a parameter's logarithm in a step.
+/// Largest change of a parameter's logarithm in a step. Chosen: a factor of 4.5, so that a decade takes two steps.
 const LONGEST_STEP: f64 = 1.5;
 /// Least damping of the steps. Chosen: four rejected steps raise it to the first one.
 const LEAST_DAMPING: f64 = 1e-6;

@@ -20,9 +20,10 @@ const WINDOWS: usize = 8;
 const MAX_WINDOWS: usize = 64;
 /// Median of χ² over its mean, of the 32 degrees of freedom of a window (Wilson and Hilferty, 1931).
 const MEDIAN: f64 = 0.979;
-/// Factor by which a level differs from what is assumed before that is replaced: four times the scatter.
+/// Factor between a level and the assumed one from which on the level replaces it: it differs by four times the scatter of 11 %.
 const LOUDER: f64 = 1.5;
-/// Ratio of the quartiles of the windows from which on they do not have one level. That of eight windows of noise is 1.4 ± 0.25.
+/// Ratio of the quartiles of the windows from which on they do not have one level. Eight windows of noise have 1.4 ± 0.25, so that 2 is more than
+/// two standard deviations above.
 const UNEVEN: f64 = 2.0;
 
 /// Replaces the noise of the cut in `experiments` by that shown. Returns whether that changes them.

@@ -71,7 +71,7 @@ pub(super) mod tests {
     use crate::sensors::Accelerometer;
     use crate::spectrum::Measurement;
 
-    /// Of two thousand residuals.
+    /// A fit with two thousand residuals.
     fn judged(objective: f64) -> Judged {
         Judged { objective, ..Judged::of(&minimum(2000.0, 0.0).fit) }
     }

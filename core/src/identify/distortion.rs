@@ -18,8 +18,8 @@ use crate::refine::Unexplained;
 use crate::search::MAX_EXPERIMENTS;
 use crate::spectrum::Experiment;
 
-/// Mean square of what is left, in units of the noise, from which on a window counts. A window of noise exceeds 2 once in twenty
-/// thousand; from 3 on the part scatters by less than 0.1.
+/// Mean square of the residuals, in units of the noise, from which on a window counts. A window of noise exceeds 2 once in twenty thousand; from
+/// 3 on the part scatters by less than 0.1.
 const CLEAR: f64 = 3.0;
 /// Least windows of a record along an axis. Chosen: the median of eight scatters by `1.25/√8`, 44 % of the scatter of one.
 const WINDOWS: usize = 8;

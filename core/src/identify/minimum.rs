@@ -31,8 +31,8 @@ const NOISE_ERROR: f64 = 0.04;
 /// Size and structure of the residuals together, each in its standard deviations, above which a minimum that leaves a stiffness
 /// undetermined is doubtful. The sum is about N(0, 2): noise exceeds it once in 430.
 const DOUBTFUL: f64 = 4.0;
-/// Sum of the same two, as far as they are positive, above which the model does not explain the residuals. Noise exceeds it once in
-/// fifty fits.
+/// Sum of size and structure, as far as each is positive, above which the model does not explain the residuals. Noise exceeds it once in fifty
+/// fits.
 const MISFIT: f64 = 3.0;
 /// χ² per degree of freedom up to which the branches of a minimum are refined although noise does not explain it. Chosen: residuals of more than
 /// five times the noise are left to the next search.

@@ -98,7 +98,7 @@ pub struct Entry {
     pub own: fn(&mut Accuracies) -> &mut f64,
     /// Value of a robot that a careful integrator has set up.
     pub typical: f64,
-    /// Largest value that may be stated. Beyond it what is off must be corrected itself. Infinite for a filter: the band has its limits.
+    /// Largest value that may be stated. A larger error must be corrected itself. Infinite for a filter: the band has its limits.
     pub most: f64,
     /// Its unit, or an example, in words.
     pub unit: &'static str,

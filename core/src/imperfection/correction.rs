@@ -15,14 +15,14 @@ use crate::search::MAX_EXPERIMENTS;
 pub(crate) struct Correction(pub(crate) Vec<(Imperfection, f64), MAX_IMPERFECTIONS>);
 
 impl Correction {
-    /// Of a perfect model.
+    /// Correction of a perfect model.
     pub(crate) const NONE: Self = Self(Vec::new());
 
     pub(crate) fn is_none(&self) -> bool {
         self.0.is_empty()
     }
 
-    /// Whether a robot with these joints can have these imperfections.
+    /// Returns whether a robot with these joints can have these imperfections.
     pub(crate) fn is_of(&self, joints: &[JointKind]) -> bool {
         let known = all(&Accuracies::typical(), joints, MAX_EXPERIMENTS);
         let of_low_pass = of_low_pass(1.0);

@@ -31,7 +31,7 @@ use crate::search::MAX_EXPERIMENTS;
 /// Frequency at which stiffness and damping are stated where they depend on it, Hz, whatever the band. Chosen: on a logarithmic scale the
 /// middle of the modes of a milling robot's drives and tool, 8 to 50 Hz, and of the usual band, 2 to 200 Hz.
 pub const REFERENCE_HZ: f64 = 20.0;
-/// Mass of a base over that of what moves. The published file of a KUKA iiwa 14 has 0.29, that of a Universal Robots UR10e 0.14.
+/// Mass of a base over that of the moving links. The published file of a KUKA iiwa 14 has 0.29, that of a Universal Robots UR10e 0.14.
 pub const BASE_OVER_MOVING: f64 = 0.2;
 /// Largest number of imperfections of a chain.
 pub const MAX_IMPERFECTIONS: usize = {

@@ -12,7 +12,7 @@
 const FIRST: f64 = 1e-2;
 /// Factor between the dampings of subsequent steps, up or down (Marquardt, 1963: ν).
 const UP: f64 = 10.0;
-/// Its inverse.
+/// Inverse of [`UP`].
 const DOWN: f64 = 0.1;
 /// Part of the predicted gain above which the prediction is good, and the damping falls (Nocedal and Wright, algorithm 4.1).
 const GOOD: f64 = 0.75;

@@ -15,11 +15,11 @@ pub(super) const COLUMNS: usize = padded(MAX_SEAM + MAX_UNKNOWNS + 1);
 pub(super) const WIDE: usize = padded(MAX_SEAM + ALL + 1);
 /// Length of the normal equations of the unknowns.
 pub(super) const PACKED: usize = packed(MAX_UNKNOWNS + 1);
-/// Length of those of a record: its seam, and the unknowns.
+/// Length of the normal equations of a record: its seam, and the unknowns.
 pub(super) const OF_RECORD: usize = packed(MAX_SEAM + MAX_UNKNOWNS + 1);
-/// Length of those of imperfections and unknowns.
+/// Length of the normal equations of imperfections and unknowns.
 pub(super) const OF_ALL: usize = packed(ALL + 1);
-/// Length of those of a record: its seam, imperfections, and the unknowns.
+/// Length of the normal equations of a record: its seam, imperfections, and the unknowns.
 pub(super) const WIDE_OF_RECORD: usize = packed(MAX_SEAM + ALL + 1);
 
 /// Normal equations of the unknowns.

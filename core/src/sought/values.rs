@@ -16,7 +16,7 @@ pub(crate) fn deviation_between(lower: f64, upper: f64) -> f64 {
 /// One value per coordinate.
 pub(crate) type Coordinates = [f64; MAX_UNKNOWNS];
 
-/// Least standard deviation of the prior of a stiffness' logarithm: a factor of e, so that none passes for known by its prior alone.
+/// Least standard deviation of the prior of a stiffness' logarithm. Chosen: a factor of e, so that none passes for known by its prior alone.
 const LEAST_EXPECTED: f64 = 1.0;
 
 /// An unknown stiffness and its prior.

@@ -16,14 +16,13 @@ use crate::MAX_UNKNOWNS;
 use crate::linear::normal::Normal;
 use crate::linear::packed::packed;
 
-/// How far a dependent unknown may move, in the standard deviations that it would have if the others were known: beyond any
-/// bounds.
+/// Move of a dependent unknown, in the standard deviations that it would have if the others were known. Chosen: it is beyond any bounds.
 ///
 /// Another unknown is determined nevertheless if it moves along by less than its own standard deviation. Rounding moves one by a
 /// thousandth of that; information just below [`RANK`], by a tenth.
 const FAR: f64 = 1e5;
-/// Cap on the standard deviation in that comparison, in the same unit, so that a poorly determined unknown does not count as
-/// determined.
+/// Cap on the standard deviation in that comparison, in the same unit. Chosen: a hundredth of [`FAR`], so that a poorly determined unknown
+/// does not count as determined.
 const WIDE: f64 = 1e3;
 
 /// Covariance of the unknowns of a fit, lower triangle packed by rows.

@@ -2,9 +2,9 @@
 
 /// Terms of the continued fraction. It converges in some √max(a, b) of them: enough for a million degrees of freedom.
 const TERMS: usize = 1000;
-/// Relative change at which it has converged.
+/// Relative change at which it has converged: some fifty rounding errors.
 const CONVERGED: f64 = 1e-14;
-/// Value for a denominator that vanishes.
+/// Value for a denominator that vanishes (Thompson and Barnett, 1986). It is far below any that does not.
 const TINY: f64 = 1e-300;
 
 /// Probability that the ratio of two mean squares of the same noise, of m and of n degrees of freedom, exceeds `ratio`; 1 of what is no

@@ -17,15 +17,16 @@ pub(crate) use fisher::fisher_exceeds;
 #[cfg(test)]
 pub(crate) use rank::testing;
 
-/// Up to this relative standard deviation a parameter is identified.
+/// Relative standard deviation up to which a parameter is identified. Chosen: its 95 % interval is then ± 10 %.
 const IDENTIFIED: f64 = 0.05;
-/// Above this χ² per degree of freedom nothing is identified: noise explains less than half of the residuals. The cause of the
-/// rest may have moved the parameters, or the minimum may be a wrong one.
+/// χ² per degree of freedom above which nothing is identified. Chosen: noise then explains less than half of the residuals. The cause of the rest
+/// may have moved the parameters, or the minimum may be a wrong one.
 const SUSPECT: f64 = 2.0;
-/// Above this one no standard deviation can be trusted: the residuals are three times as large as the noise, and what else the model
-/// lacks is unknown.
+/// χ² per degree of freedom above which no standard deviation can be trusted. Chosen: the residuals are then three times as large as the noise,
+/// and the other errors of the model are unknown.
 pub const FOREIGN: f64 = 10.0;
-/// Up to this relative standard deviation a parameter is weak; beyond, the data do not determine it.
+/// Relative standard deviation up to which a parameter is weak; beyond, the data do not determine it. Chosen: its 95 % interval then reaches to a
+/// factor of 1.8 either way.
 pub const WEAK: f64 = 0.30;
 
 /// How far a parameter can be trusted.

@@ -1,4 +1,4 @@
-//! Which unknowns, and combinations of them, the data determine at all.
+//! Unknowns, and combinations of them, that the data determine at all.
 
 use crate::MAX_UNKNOWNS;
 use crate::linear::normal::Normal;

@@ -17,7 +17,7 @@ use super::cells::Cell;
 
 /// Parts of a record.
 pub(super) const EIGHTHS: usize = 8;
-/// `1 + 2 Σ (1 − l/8)²` for l = 1 to 7.
+/// Variance of an eighth's power in that of a bin, `1 + 2 Σ (1 − l/8)²` for l = 1 to 7: see above.
 const SPREAD: f64 = 5.375;
 
 /// Sums over the bins of all records.

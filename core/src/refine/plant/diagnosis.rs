@@ -25,7 +25,7 @@ pub const MAX_RIVALS: usize = 4;
 /// Gain of −2 ln of the evidence from which on a statement counts as wrong: positive evidence (Kass and Raftery, "Bayes factors", 1995,
 /// section 3.2).
 const POSITIVE: f64 = 2.0;
-/// Difference below which one kind is the rival of another: evidence that is not very strong (the same).
+/// Difference below which one kind is the rival of another: beyond, the evidence is very strong (Kass and Raftery, 1995, section 3.2).
 const VERY_STRONG: f64 = 10.0;
 
 /// A kind of imperfections that explains the records.
