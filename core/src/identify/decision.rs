@@ -1,6 +1,6 @@
 //! Decisions after a refinement has ended.
 //!
-//! Both functions are pure: their result depends on the minimum and on what is left to try, and they change nothing.
+//! Both functions are pure: their result depends on the minimum and on the searches that remain, and they change nothing.
 
 use super::Acceptance;
 use super::minimum::{Minimum, structure_is_beyond_noise};
@@ -32,14 +32,14 @@ pub(super) struct Circumstances {
     pub(super) is_outdone: bool,
     /// The data leave some stiffness undetermined.
     pub(super) leaves_stiffness_undetermined: bool,
-    /// How often the refinement has been continued.
+    /// Number of continuations of the refinement.
     pub(super) prolongations: u32,
 }
 
 /// The searches since the records changed.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Searches {
-    /// How many there were, those in the perfect model included.
+    /// Number of searches, those in the perfect model included.
     pub(super) starts: u32,
     /// Implausible imperfections have explained the records.
     pub(super) is_explained_implausibly: bool,

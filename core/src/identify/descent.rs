@@ -59,7 +59,7 @@ impl Descent {
         Self { present, left: MAX_DESCENTS - 1, wanted: COMPARED, best: None }
     }
 
-    /// A few, whether they fit or not: in search of a rival.
+    /// A few descents, whether they fit or not: in search of a rival.
     pub(super) fn few(start: Coordinates) -> Self {
         Self { left: COMPARED - 1, ..Self::elsewhere(start) }
     }
@@ -69,7 +69,7 @@ impl Descent {
         *self = Self::first(self.best.map_or(*self.present.coordinates(), |best| best.coordinates));
     }
 
-    /// How much of what goes on is done, 0 to 1.
+    /// Part of the present descent that is done, 0 to 1.
     pub(super) fn fraction(&self) -> f32 {
         self.present.fraction()
     }

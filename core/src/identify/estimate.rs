@@ -73,7 +73,7 @@ pub struct Estimate {
     /// The records need imperfections that no plausible plant has: the minimum may be a wrong one, or a parameter fixed at a wrong
     /// value.
     pub is_of_implausible_plant: bool,
-    /// How well a fit to the others predicts each experiment, in their order; empty if there are no others.
+    /// Agreement of each experiment with a fit to the others, in their order; empty if there are no others.
     pub held_out: Vec<Agreement, MAX_EXPERIMENTS>,
     /// The nuisances that were sought with the parameters.
     pub nuisances: Vec<Nuisance, MAX_NUISANCES>,

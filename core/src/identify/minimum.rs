@@ -43,8 +43,8 @@ const SAME_MINIMUM: f64 = 1e-4;
 /// Difference of the deviances below which the worse of two minima in different places may be the right one; beyond it the evidence
 /// is very strong (Kass and Raftery, "Bayes factors", 1995, section 3.2).
 pub(super) const RIVAL: f64 = 10.0;
-/// Least probability of a rival: an interval of 95 % misses once in twenty. Of dozens of branches the best one looks better by
-/// chance, so that the difference of the deviances is too large.
+/// Least probability of a rival. Chosen: an interval of 95 % misses once in twenty. Of dozens of branches the best one looks better by chance, so
+/// that the difference of the deviances is too large.
 const RARE: f64 = 0.05;
 /// Gain in the sum of squares up to which a minimum counts as reached although a step would still gain it. No parameter
 /// then lies farther from the minimum than its own standard deviation, since `δᵢ² ≤ Cᵢᵢ δᵀNδ`; the deviations are widened
@@ -57,9 +57,9 @@ pub(super) const SAME_PLACE: f64 = 4.0 * REACHED;
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(super) struct Rival {
-    /// How far its unknown lies above that of the minimum.
+    /// Value of its unknown less that of the minimum.
     pub(super) away: f64,
-    /// How much larger its deviance is, at least 0.
+    /// Deviance less that of the minimum, at least 0.
     pub(super) gap: f64,
 }
 
@@ -73,7 +73,7 @@ pub(super) struct Minimum {
     pub(super) of_plant: Option<Judged>,
     /// Gain of a further step.
     remaining: f64,
-    /// How often searches have led to it, or to the minimum whose branch it is.
+    /// Number of searches that have led to it, or to the minimum whose branch it is.
     pub(super) times: u32,
     /// Retired records and those that are kept are not of the same robot.
     pub(super) contradicted: bool,
@@ -114,7 +114,7 @@ impl Minimum {
         }
     }
 
-    /// The refinement has come to the minimum, or so near that it makes no difference.
+    /// Returns whether the refinement has come to the minimum, or so near that it makes no difference.
     pub(super) fn is_reached(&self) -> bool {
         self.remaining <= REACHED && self.fit.objective.is_finite()
     }
@@ -124,37 +124,37 @@ impl Minimum {
         self.of_plant.unwrap_or_else(|| Judged::of(&self.fit))
     }
 
-    /// The residuals are larger than noise explains.
+    /// Returns whether the residuals are larger than noise explains.
     pub(super) fn size_objects(&self) -> bool {
         let Judged { sum_of_squares, degrees_of_freedom, .. } = self.judged();
         !noise_explains(sum_of_squares, degrees_of_freedom)
     }
 
-    /// They have so much structure along the band, together or in one record or along one axis, that it matters. Residuals that are many
-    /// times the noise may hold an error of the model that is small beside them, but not beside the noise.
+    /// Returns whether they have so much structure along the band, together or in one record or along one axis, that it matters. Residuals that
+    /// are many times the noise may hold an error of the model that is small beside them, but not beside the noise.
     pub(super) fn structure_objects(&self) -> bool {
         let judged = self.judged();
         judged.structure.exceeds_anywhere(STRUCTURED / judged.inflation())
     }
 
-    /// They have structure along the band, however little, that noise hardly ever makes.
+    /// Returns whether they have structure along the band, however little, that noise hardly ever makes.
     pub(super) fn is_structured(&self) -> bool {
         self.judged().structure.is_there()
     }
 
-    /// Size and structure of the residuals together are hardly ever left by noise: the model is not quite that of the plant.
+    /// Returns whether noise hardly ever makes size and structure of the residuals together: the model is not quite that of the plant.
     pub(super) fn leaves_misfit(&self) -> bool {
         let misfit = self.excess().max(0.0) + self.judged().structure.significance.max(0.0);
         misfit.is_nan() || misfit > MISFIT
     }
 
-    /// The static tests' residuals by themselves are larger than their noise leaves them; what is no number is.
+    /// Returns whether the static tests' residuals by themselves are larger than their noise leaves them, or no number.
     pub(super) fn statics_object(&self) -> bool {
         let Judged { static_residuals, static_sum_of_squares, .. } = self.judged();
         !(0.0..=rarely_exceeded(static_residuals as f64)).contains(&static_sum_of_squares)
     }
 
-    /// The records' residuals are smaller than their noise leaves them: it was not read where nothing is cut. It would hide a
+    /// Returns whether the records' residuals are smaller than their noise leaves them: it was not read where nothing is cut. It would hide a
     /// wrong basin as well.
     pub(super) fn noise_is_too_loud(&self) -> bool {
         let Judged { sum_of_squares, degrees_of_freedom, .. } = self.judged();
@@ -164,53 +164,53 @@ impl Minimum {
         of_records < (TOO_LOUD * freedom).min(rarely_undercut(freedom))
     }
 
-    /// The noise is too small to hide a wrong basin.
+    /// Returns whether the noise is too small to hide a wrong basin.
     pub(super) fn stands_clear(&self) -> bool {
         self.judged().ssp <= CLEAR
     }
 
-    /// Noise explains the residuals, and by themselves those of the static tests, which are few beside those of the records; and it is no
-    /// louder than they are.
+    /// Returns whether noise explains the residuals, and by themselves those of the static tests, which are few beside those of the records; and
+    /// is no louder than they are.
     pub(super) fn is_consistent(&self) -> bool {
         !self.size_objects() && !self.statics_object() && !self.noise_is_too_loud()
     }
 
-    /// The residuals are larger than the noise at rest, but random: the cut has more noise than the rest. A wrong model or minimum
-    /// leaves structure.
+    /// Returns whether the residuals are larger than the noise at rest, but random: the cut has more noise than the rest. A wrong model or
+    /// minimum leaves structure.
     pub(super) fn is_noisier_than_at_rest(&self) -> bool {
         let Judged { sum_of_squares, degrees_of_freedom, .. } = self.judged();
         let is_sane = sum_of_squares <= FOREIGN * degrees_of_freedom;
         is_sane && self.size_objects() && !self.structure_objects() && !self.statics_object()
     }
 
-    /// Noise explains the residuals, and hides nothing; and no older record objects.
+    /// Returns whether noise explains the residuals, and hides nothing, and no older record objects.
     pub(super) fn is_explained(&self) -> bool {
         self.is_consistent() && self.stands_clear() && !self.contradicted
     }
 
-    /// It is explained, and a minimum.
+    /// Returns whether it is explained, and a minimum.
     pub(super) fn is_beyond_doubt(&self) -> bool {
         self.is_reached() && self.is_explained() && !self.is_structured()
     }
 
-    /// Noise explains the residuals, be it larger than at rest, and kept and retired records agree in it.
+    /// Returns whether noise explains the residuals, be it larger than at rest, and kept and retired records agree in it.
     pub(super) fn agrees(&self) -> bool {
         let is_noise = self.is_consistent() || self.is_noisier_than_at_rest();
         self.is_reached() && is_noise && !self.contradicted
     }
 
-    /// Its residuals are so small that one of its branches may be the right minimum.
+    /// Returns whether its residuals are so small that one of its branches may be the right minimum.
     pub(super) fn is_near(&self) -> bool {
         self.fit.sum_of_squares <= NEAR * self.fit.degrees_of_freedom
     }
 
-    /// Size and structure of the residuals together are more than noise nearly ever makes them, though each by itself may be
+    /// Returns whether size and structure of the residuals together are more than noise nearly ever makes them, though each by itself may be
     /// explained. Of seven wrong minima of drawn six-joint arms with one record, five are doubtful.
     pub(super) fn is_doubtful(&self) -> bool {
         self.excess() + self.judged().structure.significance > DOUBTFUL
     }
 
-    /// How much larger than the noise the residuals are, in standard deviations.
+    /// Returns the excess of the residuals over the noise, in standard deviations.
     fn excess(&self) -> f64 {
         let Judged { sum_of_squares, degrees_of_freedom, .. } = self.judged();
         let freedom = degrees_of_freedom.max(1.0);
@@ -218,8 +218,8 @@ impl Minimum {
         (sum_of_squares / freedom - 1.0) / spread
     }
 
-    /// Becomes the better of the two; what has been reached twice has been reached as often as both. `distance` is the
-    /// squared distance between them in standard deviations.
+    /// Keeps the better of the two minima. If both have reached the same minimum, adds their visits. `distance` is the squared distance between
+    /// them in standard deviations.
     pub(super) fn compete(&mut self, mut other: Self, distance: f64) {
         let both_reached = self.is_reached() && other.is_reached();
         let same_place = other.is_same_place(distance);
@@ -345,7 +345,7 @@ impl Minimum {
         self.fit.objective + self.fit.log_information
     }
 
-    /// The two lie in different places, and the data do not say which is right.
+    /// Returns whether the two lie in different places, and the data do not say which is right.
     pub(super) fn is_rivalled_by(&self, other: &Self, distance: f64) -> bool {
         let gap = (self.deviance() - other.deviance()).abs();
         !other.is_same_place(distance) && (gap < self.beyond_doubt() || self.is_as_good_as(other))
@@ -392,7 +392,7 @@ impl Minimum {
         self.fit.contradiction > rarely_exceeded(self.fit.covariance.rank() as f64) + error
     }
 
-    /// There are more residuals than unknowns, so that a wrong model would show.
+    /// Returns whether there are more residuals than unknowns, so that a wrong model would show.
     pub(super) fn is_tested(&self) -> bool {
         self.fit.degrees_of_freedom >= 1.0
     }

@@ -121,14 +121,14 @@ pub struct Identifier<R> {
     phase: Phase,
     sought: Sought,
     statics: Vec<StaticTest, MAX_STATIC_TESTS>,
-    /// How the present start searches.
+    /// Search method of the present start.
     method: Method,
     descent: Descent,
     search: Search,
     /// Targets of the present random search, in the order of the experiments.
     targets: Vec<Target, MAX_EXPERIMENTS>,
     refinement: Refinement,
-    /// How often the present refinement has been continued.
+    /// Number of continuations of the present refinement.
     prolongations: u32,
     /// Searches since the records last changed.
     starts: u32,
@@ -159,7 +159,7 @@ pub struct Identifier<R> {
 }
 
 impl<R: Rng> Identifier<R> {
-    /// For one robot. `level` is the instruction set to use; `generator` drives the search.
+    /// Identifier of one robot. `level` is the instruction set to use; `generator` drives the search.
     pub fn new(
         chain: Chain,
         bounds: Bounds,

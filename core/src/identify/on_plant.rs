@@ -15,7 +15,7 @@ use crate::sought::Coordinates;
 use crate::spectrum::Experiment;
 
 impl<R: Rng> Identifier<R> {
-    /// A minimum that is the best one again has been judged on the plant, if that has.
+    /// Takes over the judgement on the plant from the best minimum, if `found` is the same.
     pub(super) fn inherit_judgement(&self, found: &mut Minimum) {
         if let Some(best) = &self.best
             && found.is_as_good_as(best)
@@ -168,7 +168,7 @@ impl<R: Rng> Identifier<R> {
         is_same.then_some(*coordinates)
     }
 
-    /// Goes on where a fit to the plant has ended, in the model with its imperfections. What was found in another model does not compare.
+    /// Goes on where a fit to the plant has ended, in the model with its imperfections. Minima of another model do not compare.
     pub(super) fn correct_by(&mut self, correction: &Correction, corrected: Corrected) {
         self.refinement.set_correction(correction);
         self.refinement.restart_at(&corrected.coordinates);

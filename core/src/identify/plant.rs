@@ -214,8 +214,8 @@ fn stand_for_something_else(
     strongly.any(is_elsewhere)
 }
 
-/// How many standard deviations an imperfection is off. The damping of the ground is the product of two errors, its compliance and its lag: if
-/// both are off alike, each is off by its square root.
+/// Returns the error of an imperfection in standard deviations. The damping of the ground is the product of two errors, its compliance and its
+/// lag: if both are off alike, each is off by its square root.
 fn errors(explanation: &Explanation) -> f64 {
     match explanation.largest.imperfection {
         Imperfection::GroundDamping(_) => libm::sqrt(explanation.times),
@@ -223,8 +223,8 @@ fn errors(explanation: &Explanation) -> f64 {
     }
 }
 
-/// How many times these standard deviations are larger than those of the covariance, where they are: root mean square over the unknowns that
-/// the data determine.
+/// Returns the ratio of these standard deviations to those of the covariance, each at least 1: root mean square over the unknowns that the data
+/// determine.
 fn times_wider(deviations: &[f64], covariance: &Covariance) -> f64 {
     let own = |unknown: usize| covariance.deviation(unknown);
     let ratios = (0..covariance.unknowns())

@@ -1,4 +1,4 @@
-//! How far an identifier has come.
+//! Progress of an identifier.
 
 use super::phase::Phase;
 use super::start::Method;
@@ -7,7 +7,7 @@ use super::{Effort, Identifier};
 /// Typical number of steps of a refinement that starts in the right basin. Chosen: an eighth of the limit; it scales the progress alone.
 const TYPICAL_ITERATIONS: f32 = 12.0;
 
-/// How the work stands.
+/// Progress of the work.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Progress {
     /// Present work.
@@ -23,7 +23,7 @@ pub struct Progress {
 }
 
 impl<R> Identifier<R> {
-    /// How the work stands.
+    /// Returns the progress of the work.
     pub fn progress(&self) -> Progress {
         let (done, of) = self.search.iterations();
         Progress {

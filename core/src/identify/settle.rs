@@ -1,4 +1,4 @@
-//! From where a refinement has ended to an estimate.
+//! Estimate from the end of a refinement.
 
 use super::branch::typically_damped;
 use super::minimum::Minimum;
@@ -52,7 +52,7 @@ impl<R> Identifier<R> {
         self.found_by = minimum.found_by;
     }
 
-    /// The estimate is that of the minimum.
+    /// Settles on the estimate of the minimum.
     pub(super) fn settle<const B: usize>(
         &mut self,
         minimum: &mut Minimum,

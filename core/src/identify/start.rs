@@ -5,7 +5,7 @@ use rand_core::Rng;
 use crate::parameters::Bounds;
 use crate::sought::{Coordinate, Coordinates, MAX_UNKNOWNS, Sought};
 
-/// How a start looks for the basin.
+/// Method of a start to find the basin.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Method {
     /// A descent from the lowest frequencies upward ([`super::descent`]).

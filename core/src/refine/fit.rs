@@ -1,4 +1,4 @@
-//! How well the parameters explain the records, and how well the other records predict each.
+//! Quality of a fit to the records, and prediction of each record by the others.
 
 use core::f64::consts::TAU;
 
@@ -20,7 +20,7 @@ use crate::sought::{Coordinates, MAX_UNKNOWNS, Sought};
 use crate::spectrum::Experiment;
 use crate::verdict::Covariance;
 
-/// How well the parameters explain the records.
+/// Quality of a fit to the records.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Fit {
     /// Sum of squares of the whitened residuals, of static tests and of priors; what retired records add is left out.
@@ -175,10 +175,9 @@ impl Refinement {
         }
     }
 
-    /// How many combinations of unknowns the data determine: those that lie on a bound do not count. That is what the
-    /// optimum within the bounds takes off the expectation of χ² where the truth lies on these bounds, too (Meyer and Woodroofe,
-    /// "On the degrees of freedom in shape-restricted regression", 2000); where it lies inside, it takes off up to as many
-    /// more as there are parameters on bounds.
+    /// Number of combinations of unknowns that the data determine; those that lie on a bound do not count. That is what the optimum within the
+    /// bounds takes off the expectation of χ² where the truth lies on these bounds, too (Meyer and Woodroofe, "On the degrees of freedom in
+    /// shape-restricted regression", 2000); where it lies inside, it takes off up to as many more as there are parameters on bounds.
     fn determined(&self, problem: &Problem<'_>) -> usize {
         Covariance::of(&self.free(problem)).rank()
     }

@@ -20,7 +20,7 @@ impl Information {
         Self { normal }
     }
 
-    /// From the entries of the lower triangle, row by row.
+    /// Information from the entries of the lower triangle, row by row.
     pub fn of_entries(unknowns: usize, entry: impl Fn(usize, usize) -> f64) -> Self {
         let mut information = Self::none(unknowns);
         for row in 0..unknowns {

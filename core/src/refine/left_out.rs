@@ -1,4 +1,4 @@
-//! How well all else predicts each static test.
+//! Prediction of each static test by all else.
 //!
 //! The rows A of a test, in its standard deviations, have the hat matrix `H = A N⁻¹ Aᵀ`. A fit without the test leaves it the
 //! residuals e, whose weighted square q is by how much the sum of squares S falls without it (Cook and Weisberg, _Residuals and

@@ -24,7 +24,7 @@ pub(super) const LEAST_DAMPING: f64 = 1e-9;
 /// Damping above which a minimisation ends. Chosen: a step then moves no unknown by more than 1e-8 of the way to its own minimum.
 const LAST_DAMPING: f64 = 1e8;
 
-/// When a minimisation ends.
+/// Limits of a minimisation.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Limits {
     /// Gain of a step in the sum of squares below which it is not worth while.
@@ -42,7 +42,7 @@ impl Limits {
         Self { negligible: 1e-4, iterations: 100, damping: Damping::first(LEAST_DAMPING) };
 }
 
-/// How a refinement stands.
+/// Outcome of a step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Outcome {
     /// Another step is worth while.

@@ -34,7 +34,7 @@ pub(crate) struct Retired {
 }
 
 impl Retired {
-    /// How many.
+    /// Number of the records.
     pub(crate) fn records(&self) -> u64 {
         self.records
     }

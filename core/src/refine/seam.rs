@@ -75,7 +75,7 @@ impl Seam {
         jump
     }
 
-    /// From the solution of the normal equations: per joint g then h, then the jumps, order by order.
+    /// Seam from the solution of the normal equations: per joint g then h, then the jumps, order by order.
     pub(crate) fn from_solution(solution: &[f64], joints: usize) -> Self {
         let mut seam = Self::ZERO;
         for joint in 0..joints {

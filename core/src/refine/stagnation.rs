@@ -1,4 +1,4 @@
-//! When a fit is given up.
+//! Criterion for giving up a fit.
 //!
 //! From a wrong basin no parameters and no imperfections explain the records, and a branch may lead to no better minimum. The fit would
 //! still gain a little with every step.
@@ -10,11 +10,11 @@ pub(super) const OF_PLANT: u32 = 5;
 /// Stagnating steps in a row after which a branch is given up. Chosen: it refines the parameters alone, and its first steps are hardly damped; up
 /// to ten are rejected before one is good.
 pub(crate) const OF_BRANCH: u32 = 12;
-/// A step stagnates if it gains less than this part of what the sum of squares lacks. Chosen: the rest would then need sixty steps to fall to a
-/// twentieth.
+/// Part of the excess of the sum of squares over its target that a step must gain, or it stagnates. Chosen: the excess would else need sixty
+/// steps to fall to a twentieth.
 const LITTLE: f64 = 0.05;
 
-/// How far the last steps of a fit have come.
+/// Progress of the last steps of a fit.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Stagnation {
     sum_of_squares: f64,
@@ -29,9 +29,8 @@ impl Stagnation {
         Self { sum_of_squares: f64::INFINITY, steps: 0, patience }
     }
 
-    /// A step has ended at this sum of squares, and `target` is enough: returns whether the fit is to be given up. A step stagnates if it
-    /// gains too little of what the sum of squares lacks, or if it was kept and gains less than `least`. A step that was rejected where the
-    /// sum lacks nothing leaves the count as it is.
+    /// Takes the sum of squares after a step, and returns whether the fit is to be given up. A step stagnates if it gains too little of the
+    /// excess over `target`, or if it was kept and gains less than `least`. A step that was rejected without an excess leaves the count as it is.
     pub(crate) fn ends_fit(&mut self, sum_of_squares: f64, target: f64, least: f64) -> bool {
         let lacks = sum_of_squares - target;
         let gain = self.sum_of_squares - sum_of_squares;

@@ -1,7 +1,7 @@
 //! Fits that count some of the bins.
 //!
-//! Some of the bins show as well as all that a place is no minimum, or a worse one, at a part of the cost. They may reject, and never
-//! accept. Only the records have fewer residuals then: static tests and priors keep their weight.
+//! Some of the bins suffice to see that a place is no minimum, or a worse one, at a part of the cost. They may reject, and never accept. Only the
+//! records have fewer residuals then: static tests and priors keep their weight.
 
 use super::Problem;
 use crate::spectrum::Experiment;

@@ -181,7 +181,7 @@ impl LeftInBin<'_> {
     }
 }
 
-/// Takes what is left, bin by bin.
+/// Consumer of residuals, bin by bin.
 type Take<'a> = &'a mut dyn FnMut(&LeftInBin<'_>);
 
 /// [`Left::run`], compiled once: not again for each number of bins, in each crate.

@@ -17,7 +17,7 @@ pub(super) struct Whitening {
 }
 
 impl Whitening {
-    /// From the mean squares of the noise per axis and the accelerance `[reading][force]`.
+    /// Whitening by the mean squares of the noise per axis and the accelerance `[reading][force]`.
     pub(super) fn new(
         acceleration_noise: &[f64; 3],
         force_noise: &[f64; 3],

@@ -50,8 +50,8 @@ pub struct Trust {
 }
 
 impl Trust {
-    /// From χ² per degree of freedom of the fit, and whether the fit is sound: its minimum is known to be the right one, and no
-    /// static test contradicts it.
+    /// Trust by χ² per degree of freedom of the fit, and whether the fit is sound: its minimum is known to be the right one, and no static test
+    /// contradicts it.
     ///
     /// Residuals that are larger than the noise have another cause, which moves the parameters as well. Standard deviations grow
     /// as if the noise were of the residuals' size.

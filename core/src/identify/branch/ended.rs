@@ -156,7 +156,7 @@ impl<R: Rng> Identifier<R> {
         (0..self.sought.unknowns()).map(|unknown| to[unknown] - from[unknown]).collect()
     }
 
-    /// The branches of a branch that replaces its minimum are to be refined.
+    /// Makes the branches of a branch that replaces its minimum due for refinement.
     pub(in crate::identify) fn replace_by_branch(&mut self) {
         self.exclusions = 0;
         self.prolongations = 0;

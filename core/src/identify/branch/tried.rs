@@ -44,7 +44,7 @@ pub(in crate::identify) struct Tried {
     pub(super) is_screened_in_vain: bool,
     /// Branches that have replaced their minimum.
     pub(super) replaced: u32,
-    /// The best of the branches that the model with imperfections explains worse than their minimum; of the far ones, if there are any.
+    /// Best branch that the model with imperfections explains worse than its minimum; a far branch is preferred to a near one.
     pub(super) runner_up: Option<RunnerUp>,
 }
 

@@ -1,4 +1,4 @@
-//! How what is left goes with the force of the cuts.
+//! Growth of the residuals with the force of the cuts.
 //!
 //! An error of a linear model leaves residuals that go with the force F, their mean square beyond the noise with `F²`. Friction and
 //! backlash leave less than that at larger forces, springs that stiffen leave more. Records of the same pose are compared, since another
@@ -95,7 +95,7 @@ impl Line {
     }
 }
 
-/// The exponent and its standard deviation, if it is not that of a linear model. `None` without records of one pose and unlike forces.
+/// Returns the exponent and its standard deviation, if it is not that of a linear model. `None` without records of one pose and unlike forces.
 pub(super) fn exponent(records: &[OfRecord]) -> Option<[f64; 2]> {
     let line =
         Line::through(records, |record| records[record].logarithms().map(|[x, y]| [x, y, 1.0]));
@@ -110,8 +110,8 @@ pub(super) fn exponent(records: &[OfRecord]) -> Option<[f64; 2]> {
     ((line.slope - 1.0).abs() > CERTAIN * deviation).then_some([line.slope, deviation])
 }
 
-/// Growth of all stiffnesses where the force doubles, and its standard deviation, if the stiffnesses of the records that a plant was found
-/// to have go with their forces. `None` without records of one pose and unlike forces.
+/// Returns the growth of all stiffnesses where the force doubles, and its standard deviation, if the stiffnesses that a fit to the plant has
+/// found in the records go with their forces. `None` without records of one pose and unlike forces.
 pub(super) fn stiffening(records: &[OfRecord], found: &[FoundImperfection]) -> Option<[f64; 2]> {
     let of_record = |record: usize| {
         let own = Imperfection::RecordStiffness(record);

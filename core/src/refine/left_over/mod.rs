@@ -43,21 +43,21 @@ pub enum LeftOver {
         from_hz: f64,
         /// Upper end, Hz.
         to_hz: f64,
-        /// How many times what is left elsewhere.
+        /// Mean square over that of the residuals elsewhere.
         times: f64,
     },
     /// Along an axis of the accelerometer.
     Direction {
         /// Number of the axis, 0 to 2.
         axis: usize,
-        /// How many times what is left along the others.
+        /// Mean square over that of the residuals along the others.
         times: f64,
     },
     /// In a record.
     Record {
         /// Its number, from 0.
         record: usize,
-        /// How many times what is left of the others.
+        /// Mean square over that of the residuals of the others.
         times: f64,
     },
     /// In a part of every record.
@@ -66,7 +66,7 @@ pub enum LeftOver {
         from: f64,
         /// End, likewise.
         to: f64,
-        /// How many times what is left in the rest.
+        /// Mean square over that of the residuals in the rest.
         times: f64,
     },
     /// The residuals at the same pose grow as the force to another power than 1. An error of a linear model would give 1.

@@ -14,7 +14,7 @@ use crate::sought::{Coordinates, MAX_UNKNOWNS};
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Point {
     pub(super) coordinates: Coordinates,
-    /// In standard deviations.
+    /// Values in standard deviations.
     pub(super) imperfections: [f64; MAX_IMPERFECTIONS],
 }
 

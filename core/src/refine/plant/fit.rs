@@ -65,7 +65,7 @@ impl Refinement {
         &self.workspace.correction
     }
 
-    /// From now on the model has these imperfections. The refinement stays where it is.
+    /// Gives the model these imperfections from now on. The refinement stays where it is.
     pub(crate) fn set_correction(&mut self, correction: &Correction) {
         self.workspace.correction.clone_from(correction);
         self.minimiser.linearised = false;

@@ -24,8 +24,7 @@ use crate::chi_square::rarely_exceeded;
 use crate::imperfection::{self, Imperfection, KINDS};
 use crate::refine::problem::Problem;
 
-/// How often explanations are adopted. Chosen: of errors ten times their accuracy, the first adoption changes τ by a tenth, the next ones
-/// by less.
+/// Most adoptions of explanations. Chosen: of errors ten times their accuracy, the first adoption changes τ by a tenth, the next ones by less.
 const MAX_ADOPTIONS: u32 = 3;
 /// Change of τ below which it stays. Chosen: what a prior adds to the information then changes by less than half.
 const SAME: f64 = 1.2;
@@ -115,8 +114,8 @@ impl Plant {
         }
     }
 
-    /// How far the imperfections are from those of a plausible plant where the last fit has ended, and their number: minus twice the
-    /// logarithm of their density by the stated kind of prior, `Σ (S/τ² + γ ln τ²)`, but for a constant.
+    /// Returns the distance of the imperfections from those of a plausible plant where the last fit has ended, and their number. The distance is
+    /// minus twice the logarithm of their density by the stated kind of prior, `Σ (S/τ² + γ ln τ²)`, but for a constant.
     pub(crate) fn size(&self) -> (f64, usize) {
         let count = self.imperfections.all.len();
         let squares = self.point.imperfections[..count].iter().map(|p| p * p);
@@ -145,8 +144,8 @@ impl Plant {
         factors.fold(1.0, f64::max)
     }
 
-    /// `Σ γ ln τ²`: what restated accuracies cost, since they would explain less than those that were stated. An imperfection that the data do
-    /// not determine has the wider prior as a wider posterior, too, and costs nothing.
+    /// Cost of restated accuracies, `Σ γ ln τ²`: they would explain less than those that were stated. An imperfection that the data do not
+    /// determine has the wider prior as a wider posterior, too, and costs nothing.
     pub(crate) fn cost_of_restating(&self) -> f64 {
         let Restated { factors, determined, .. } = &self.restated;
         let kinds = factors.iter().zip(determined);

@@ -1,8 +1,8 @@
 //! A fit that counts some of the bins at first.
 //!
-//! From a wrong minimum no plausible imperfections explain the records, which some of the bins show as well as all. A fit whose imperfections are
-//! plausible, or that explains the records, goes on with all bins, and mostly a few steps suffice. Any other ends there, and is evaluated with all
-//! bins.
+//! Some of the bins suffice to see that a minimum is wrong: no plausible imperfections explain the records from there. A fit whose imperfections
+//! are plausible, or that explains the records, goes on with all bins, and mostly a few steps suffice. Any other ends there, and is evaluated
+//! with all bins.
 
 use super::Plant;
 use crate::chi_square::noise_explains;
@@ -16,7 +16,7 @@ const THINNING: usize = 4;
 const LEAST_GAIN: f64 = 0.1;
 
 impl Plant {
-    /// From now on one bin out of `most` counts, or one out of four.
+    /// Counts one bin out of `most` from now on, or one out of four.
     pub(super) fn thin(&mut self, most: usize) {
         self.every = most.min(THINNING);
     }
@@ -35,7 +35,7 @@ impl Plant {
         self.is_plausible() || noise_explains(sum_of_squares, residuals as f64)
     }
 
-    /// From now on all bins count. Returns whether that changes anything; the fit then goes on from where it stands.
+    /// Counts all bins from now on. Returns whether that changes anything; the fit then goes on from where it stands.
     pub(super) fn count_all_bins(&mut self) -> bool {
         let counted_some = self.every > 1;
         self.every = 1;
