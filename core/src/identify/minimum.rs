@@ -12,11 +12,11 @@ use crate::verdict::FOREIGN;
 /// χ² per degree of freedom below which the noise is taken for louder than it is, if the residuals are many. Chosen: the nearest wrong basin of
 /// the reference scenario, at 2, would then be below 1.
 const TOO_LOUD: f64 = 0.5;
-/// Structure that matters: in a part of the band where the mean square of the residuals is so much larger than in all of it, intervals that
-/// hold for all of it are a twentieth too narrow, `1.05² − 1`, and miss 6 % instead of 5. It counts in units of the noise.
+/// Structure that matters in units of the noise. Chosen: in a part of the band where the mean square of the residuals is so much larger than in
+/// all of it, intervals that hold for all of it are a twentieth too narrow, `1.05² − 1`, and miss 6 % instead of 5.
 const STRUCTURED: f64 = 0.10;
-/// Structure that matters in units of the residuals: intervals are a tenth too narrow, `1.1² − 1`, and miss 7.5 %, half again as often as they
-/// say.
+/// Structure that matters in units of the residuals. Chosen: intervals are a tenth too narrow, `1.1² − 1`, and miss 7.5 %, half again as often as
+/// they say.
 const STRUCTURED_BEYOND_NOISE: f64 = 0.21;
 /// Structure that matters where standard deviations are robust. Chosen: the most that right minima of drawn plants leave (`tests/README.md`).
 /// Intervals hold with more: the blocks of the jackknife are as narrow as the smoothing, and with a structure of s the scatter of 48 is known as

@@ -18,7 +18,7 @@ const BESIDE: usize = 16;
 const REACH: usize = 4;
 /// Steps of a frequency before it is sharpened, bins. Chosen: an eighth of the half width of the main lobe.
 const STEP: f64 = 0.125;
-/// Halvings by which a frequency is sharpened: to 1e-6 bins.
+/// Halvings by which a frequency is sharpened. Chosen: from [`STEP`] to 1e-6 bins.
 const HALVINGS: usize = 17;
 /// Part of a tone's power that the shape of a steady one may leave in its neighbourhood. Chosen: the seam takes that much of the leakage of
 /// tones that have not been subtracted yet.

@@ -15,7 +15,7 @@ use core::f64::consts::TAU;
 
 use super::cells::Cell;
 
-/// Parts of a record.
+/// Parts of a record. Chosen: they tell start, middle and end apart, and the power in each is known as that of `n/5.375` bins.
 pub(super) const EIGHTHS: usize = 8;
 /// Variance of an eighth's power in that of a bin, `1 + 2 Σ (1 − l/8)²` for l = 1 to 7: see above.
 const SPREAD: f64 = 5.375;
