@@ -41,11 +41,11 @@ impl<R: Rng> Identifier<R> {
         &mut self,
         mut found: Minimum,
         experiments: &[Experiment<B>],
-        mut plant: Option<&mut Plant>,
+        plant: Option<&mut Plant>,
     ) {
         let tried_alone = matches!(self.purpose, Purpose::Alone(_));
         if tried_alone {
-            self.reconcile(&mut found, plant.as_deref_mut());
+            self.reconcile(&mut found);
             self.stand_at(&found, experiments);
         }
         let best = self.best.as_ref();
@@ -157,7 +157,7 @@ impl<R: Rng> Identifier<R> {
     /// Drops the retired records if the kept ones are consistent alone, in `found`, and their noise cannot hide a wrong minimum; else
     /// returns to the minimum of both.
     #[inline(never)]
-    fn reconcile(&mut self, found: &mut Minimum, plant: Option<&mut Plant>) {
+    fn reconcile(&mut self, found: &mut Minimum) {
         let Purpose::Alone(mut together) = mem::take(&mut self.purpose) else { return };
         if found.is_reached() {
             together.contradicted = together.is_contradicted_beyond(found);
@@ -168,9 +168,6 @@ impl<R: Rng> Identifier<R> {
         if forget {
             // It was found with the records that are forgotten.
             self.best = None;
-            if let Some(plant) = plant {
-                plant.forget_retired();
-            }
         } else {
             *found = together;
         }

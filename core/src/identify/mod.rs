@@ -331,7 +331,7 @@ impl<R: Rng> Identifier<R> {
         experiments: &[Experiment<B>],
         mut plant: Option<&mut Plant>,
     ) -> Phase {
-        if let Some(plant) = &plant {
+        if let Some(plant) = plant.as_deref_mut() {
             self.refinement.follow_retired(plant);
         }
         match self.phase {

@@ -68,6 +68,7 @@ impl<R> Identifier<R> {
         let is_fitted = mem::take(&mut self.is_fitted_to_plant);
         let Self { chain, measurement, bounds, sought, statics, refinement, .. } = self;
         let problem = Problem { chain, measurement, bounds, sought, statics, level: self.level };
+        refinement.follow_retired(plant);
         refinement.restart_at(&settled.coordinates);
         if !is_fitted {
             refinement.restart_plant(plant, experiments.len());

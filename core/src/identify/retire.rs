@@ -22,6 +22,10 @@ impl<R> Identifier<R> {
 
     /// Retires a record as [`Identifier::retire`], on a plant: adds the information of record number `record` of the `experiments` on which `estimate`, that of
     /// `plant`, rests, if it is consistent.
+    /// Each record retires once, before the [`Identifier::renew`] without it.
+    ///
+    /// # Panics
+    /// If there is no such record, or `plant` is of other joints.
     pub fn retire_on_plant<const B: usize>(
         &mut self,
         experiments: &[Experiment<B>],
@@ -29,14 +33,18 @@ impl<R> Identifier<R> {
         plant: &mut Plant,
         estimate: &PlantEstimate,
     ) -> bool {
+        assert!(plant.is_of(&self.chain), "a plant of another robot");
         let PlantEstimate { estimate, .. } = estimate;
         let stands_there = plant.coordinates() == estimate.coordinates;
         let is_believed = estimate.acceptance == Acceptance::Consistent;
-        if self.phase != Phase::Settled || !stands_there || !is_believed {
+        // A single record has no imperfections of its own, which would retire with it.
+        let is_one_of_several = experiments.len() > 1;
+        if self.phase != Phase::Settled || !(stands_there && is_believed && is_one_of_several) {
             return false;
         }
         let Self { chain, measurement, bounds, sought, statics, refinement, .. } = self;
         let problem = Problem { chain, measurement, bounds, sought, statics, level: self.level };
+        refinement.follow_retired(plant);
         refinement.retire_on_plant(&problem, &experiments[record], record, plant).is_ok()
     }
 }

@@ -4,11 +4,11 @@
 //! | file                                                           | what                                                    |
 //! | -------------------------------------------------------------- | ------------------------------------------------------- |
 //! | `objective`, `levenberg_marquardt`, `damping`, `proposal`      | a minimisation within bounds, independent of the robot  |
-//! | `compliance`                                                   | the steps of the logarithms                             |
+//! | `compliance`, `straight`                                       | compliances: steps along them, and what is straight     |
 //! | `levels`                                                       | errors of the model that a fit allows for at first      |
 //! | `problem`                                                      | the robot, the unknowns and their domain                |
 //! | `sum_of_squares`, `others`, `statics`, `retired`               | the objective: records, priors, static tests, retired   |
-//! | `record`, `model`, `seam`                                      | one record, its seam projected out                      |
+//! | `record`, `model`, `modelled`, `seam`                          | one record, its seam projected out                      |
 //! | `equations`, `batch`, `rows`, `whitening`, `residuals`         | the rows of its bins                                    |
 //! | `responses`                                                    | the same from the responses to unit loads               |
 //! | `fit`, `summary`, `structure`, `information`                   | the results of a fit                                    |
@@ -48,6 +48,7 @@ pub(crate) mod seam;
 mod sizes;
 mod stagnation;
 mod statics;
+mod straight;
 mod structure;
 mod sum_of_squares;
 mod summary;
@@ -74,8 +75,8 @@ pub(crate) use levenberg_marquardt::Remaining;
 use levenberg_marquardt::{LevenbergMarquardt, Limits};
 use model::Model;
 pub use plant::{
-    Explanation, FoundImperfection, MAX_EXPLANATIONS, MAX_RIVALS, Mechanics, Places, Plant,
-    PlantInformation, Reading, RetiredRecords,
+    Basis, Explanation, FoundImperfection, MAX_EXPLANATIONS, MAX_RIVALS, Mechanics, Places, Plant,
+    PlantInformation, RetiredRecords,
 };
 pub use problem::Problem;
 use record::Workspace;
@@ -109,6 +110,8 @@ pub struct Refinement {
     aside: Option<RetiredInformation<PACKED>>,
     /// The information of the retired records is not that of a robot with the imperfections of the model.
     is_behind_retired: bool,
+    /// Retired records have been dropped, which a plant still has.
+    has_forgotten: bool,
 }
 
 impl Refinement {
@@ -122,6 +125,7 @@ impl Refinement {
             retired: RetiredInformation::none(sought.unknowns()),
             aside: None,
             is_behind_retired: false,
+            has_forgotten: false,
         }
     }
 
@@ -318,7 +322,10 @@ impl Refinement {
                 self.minimiser.linearised = false;
                 0
             }
-            aside => aside.map_or(0, |aside| aside.records()),
+            aside => {
+                self.has_forgotten = true;
+                aside.map_or(0, |aside| aside.records())
+            }
         }
     }
 

@@ -7,13 +7,13 @@
 
 use heapless::Vec;
 
-use super::compliance::Straight;
 use super::sizes::{ALL, PACKED, ParameterNormal};
+use super::straight::Straight;
 use crate::linear::normal::{Derivatives, Normal};
 use crate::linear::packed::packed;
 use crate::sought::{Coordinates, MAX_UNKNOWNS, Sought};
 
-/// Sum of squares of all retired records as a quadratic about one point. `L` is the length of its normal equations.
+/// Sum of squares of all retired records above its minimum, as a quadratic about one point. `L` is the length of its normal equations.
 #[derive(Clone, Debug)]
 pub(crate) struct RetiredInformation<const L: usize> {
     pub(super) normal: Normal<L>,
@@ -92,6 +92,9 @@ impl<const L: usize> RetiredInformation<L> {
     pub(super) fn take<const M: usize>(&mut self, record: &Normal<M>, derivatives: &[Derivatives]) {
         self.normal.add_mapped(record, &[0.0; ALL], derivatives);
         self.records += 1;
+        // What noise has left of the records is no measure of a fit to others.
+        let right = self.normal.unknowns();
+        *self.normal.entry(right, right) = self.normal.excess();
     }
 
     /// Adds it to the normal equations of a step from these values, by whose unknowns its own have these derivatives.

@@ -18,6 +18,14 @@ use crate::sought::{Coordinate, Coordinates};
 use crate::statics::{Deflection, StaticTest};
 use crate::{DOF, MAX_JOINTS};
 
+/// Returns whether an imperfection changes how far the robot gives way to a load that rests.
+fn shows_at_rest(imperfection: Imperfection) -> bool {
+    use Imperfection::{BaseMass, GroundDamping, HoseDamping, Inertia, Servo};
+    let moves_only =
+        matches!(imperfection, BaseMass | GroundDamping(_) | HoseDamping | Inertia(..) | Servo(_));
+    imperfection.is_of_robot() && !moves_only
+}
+
 /// Rows of a test, of which three are used: imperfections, unknowns, and the residual.
 pub(super) type Rows = [[f64; ALL + 1]; 6];
 
@@ -39,7 +47,7 @@ impl<'a> Statics<'a> {
         coordinates: &Coordinates,
         imperfections: impl Iterator<Item = (Imperfection, f64)>,
     ) -> Self {
-        let shows = |own: &(Imperfection, f64)| own.0.is_of_robot() && own.1 != 0.0;
+        let shows = |own: &(Imperfection, f64)| shows_at_rest(own.0) && own.1 != 0.0;
         Self {
             problem,
             bushings: problem.sought.bushings(coordinates),
@@ -118,7 +126,7 @@ impl<'a> Statics<'a> {
         model: &Deflection,
         rows: &mut Rows,
     ) -> Result<(), LinearisationError> {
-        let shown = || self.sought.iter().enumerate().filter(|(_, (own, _))| own.is_of_robot());
+        let shown = || self.sought.iter().enumerate().filter(|(_, (own, _))| shows_at_rest(*own));
         if shown().next().is_none() {
             return Ok(());
         }

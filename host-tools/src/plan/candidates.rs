@@ -3,7 +3,7 @@
 use fearless_simd::Level;
 use flexid_core::chain::Chain;
 use flexid_core::parameters::Bushings;
-use flexid_core::refine::{Information, Plant, Problem, Reading, Refinement};
+use flexid_core::refine::{Basis, Information, Plant, Problem, Refinement};
 use flexid_core::sought::Sought;
 use flexid_core::spectrum::{self, SpectrumError};
 use flexid_core::statics::StaticTest;
@@ -93,7 +93,7 @@ impl Candidates<'_> {
     pub fn plan(&self, experiment: &Experiment) -> Option<Knowledge> {
         let mut record = self.record(experiment);
         record.pose = experiment.pose.iter().copied().collect();
-        self.knowledge(&record, Reading::Planned)
+        self.knowledge(&record, Basis::Planned)
     }
 
     /// The same from its simulation; `None` if the robot does not withstand it.
@@ -121,7 +121,7 @@ impl Candidates<'_> {
                 }
             }
         }
-        self.knowledge(&record, Reading::Measured)
+        self.knowledge(&record, Basis::Measured)
     }
 
     /// What the priors of the imperfections say.
@@ -132,7 +132,7 @@ impl Candidates<'_> {
         Knowledge::of_priors(&self.statics(&[]).expect("no test has no equilibrium"))
     }
 
-    fn knowledge(&self, record: &Record<SAMPLES>, reading: Reading) -> Option<Knowledge> {
+    fn knowledge(&self, record: &Record<SAMPLES>, basis: Basis) -> Option<Knowledge> {
         let measurement = self.config.measurement();
         let mut buffer = Box::new([0.0; SAMPLES]);
         let spectra =
@@ -142,8 +142,8 @@ impl Candidates<'_> {
         let problem = self.problem(&measurement);
         let mut plant = Box::new(Plant::new(&self.config.accuracies, self.chain));
         let information =
-            refinement.information_on_plant(&problem, &spectra, reading, &mut plant).ok()?;
-        Some(Knowledge::of(&information))
+            refinement.information_on_plant(&problem, &spectra, basis, &mut plant).ok()?;
+        Knowledge::of(&information)
     }
 
     /// What static tests say; `None` where the robot has no equilibrium under gravity.
@@ -153,7 +153,7 @@ impl Candidates<'_> {
         let refinement = Box::new(Refinement::new(self.sought, self.bushings));
         let mut plant = Box::new(Plant::new(&self.config.accuracies, self.chain));
         let information = refinement.information_of_statics(&problem, &mut plant).ok()?;
-        Some(Knowledge::of(&information))
+        Knowledge::of(&information)
     }
 
     /// Number of cuts at each pose.

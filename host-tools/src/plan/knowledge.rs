@@ -13,15 +13,16 @@ pub struct Knowledge {
 }
 
 impl Knowledge {
-    /// What an experiment says.
-    pub fn of(information: &PlantInformation<'_>) -> Self {
+    /// What an experiment says; `None` if a number of it is not finite.
+    pub fn of(information: &PlantInformation<'_>) -> Option<Self> {
         let all = information.imperfections();
         let is_shared = |index: &usize| all[*index].0.facts().group != Group::Record;
         let shared = (0..all.len()).filter(is_shared);
         let imperfections = shared.clone().count();
         let places: Vec<usize> = shared.chain(all.len()..information.size()).collect();
         let entry = |row: usize, column: usize| information.get(places[row], places[column]);
-        Self { matrix: DMatrix::from_fn(places.len(), places.len(), entry), imperfections }
+        let matrix = DMatrix::from_fn(places.len(), places.len(), entry);
+        matrix.iter().all(|own| own.is_finite()).then_some(Self { matrix, imperfections })
     }
 
     /// What the priors of these imperfections say, and nothing of the unknowns.
@@ -38,16 +39,17 @@ impl Knowledge {
     }
 
     /// What is known of the unknowns whatever the imperfections are, within their priors: `N_uu − N_up N_pp⁻¹ N_pu`.
+    ///
+    /// # Panics
+    /// If the priors have not been added.
     pub fn of_unknowns(&self) -> Information {
         let Self { matrix, imperfections: count } = self;
         let unknowns = matrix.nrows() - count;
         let own = matrix.view((*count, *count), (unknowns, unknowns));
         let shared = matrix.view((*count, 0), (unknowns, *count));
-        let left = match matrix.view((0, 0), (*count, *count)).into_owned().cholesky() {
-            Some(factor) => own - shared * factor.solve(&shared.transpose()),
-            // Without the priors of the imperfections nothing is known.
-            None => DMatrix::zeros(unknowns, unknowns),
-        };
+        let factor = matrix.view((0, 0), (*count, *count)).into_owned().cholesky();
+        let factor = factor.expect("the priors make it positive definite");
+        let left = own - shared * factor.solve(&shared.transpose());
         Information::of_entries(unknowns, |row, column| left[(row, column)])
     }
 }

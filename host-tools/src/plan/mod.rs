@@ -118,7 +118,8 @@ pub fn plan(
             let planned = workplace.plan(&left[*index].experiment)?;
             let mut with = known.clone();
             with.add(&planned);
-            Some(criterion.uncertainty(&within_bounds(&of(&with)), parameters(sought)))
+            let size = criterion.uncertainty(&within_bounds(&of(&with)), parameters(sought));
+            size.is_finite().then_some(size)
         };
         let sizes: Vec<Option<f64>> = shortlist.par_iter().map(weighed).collect();
         let sizes = || shortlist.iter().zip(&sizes);

@@ -46,7 +46,7 @@ impl PlantInformation<'_> {
 
 /// Known part of an experiment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Reading {
+pub enum Basis {
     /// It has been done.
     Measured,
     /// Its force is planned. Its acceleration is the modelled one, at a seam of zero.
@@ -63,7 +63,7 @@ impl Refinement {
         &mut self,
         problem: &Problem<'_>,
         experiment: &Experiment<B>,
-        reading: Reading,
+        basis: Basis,
         plant: &'p mut Plant,
     ) -> Result<PlantInformation<'p>, LinearisationError> {
         // Imperfections of a single record differ from those of a second one.
@@ -73,9 +73,9 @@ impl Refinement {
         objective.workspace.seams.clear();
         let (model, fitted) = objective.prepare(point, OWN, experiment)?;
         let bins = Bins::of(experiment);
-        let seam = match reading {
-            Reading::Measured => fitted,
-            Reading::Planned => objective.workspace.planned_seam(problem, &model, bins),
+        let seam = match basis {
+            Basis::Measured => fitted,
+            Basis::Planned => objective.workspace.planned_seam(problem, &model, bins),
         };
         let equations = Equations::Planned(&seam);
         objective.assemble_equations(&model, Bins::of(experiment), equations);

@@ -3,16 +3,16 @@
 use heapless::Vec;
 
 use super::super::Refinement;
-use super::super::compliance::Straight;
 use super::super::problem::Problem;
 use super::super::retired::RetiredInformation;
 use super::super::sizes::ALL;
+use super::super::straight::Straight;
 use super::Plant;
 use super::domain::Point;
 use super::retired::{RetiredOfPlant, behind, bent, slopes};
 use crate::chain::linearise::LinearisationError;
 use crate::linear::normal::Derivatives;
-use crate::sought::Sought;
+use crate::sought::{MAX_UNKNOWNS, Sought};
 use crate::spectrum::Experiment;
 
 /// Retired records of a plant as numbers that can be kept in a file.
@@ -67,8 +67,12 @@ impl Refinement {
         Ok(())
     }
 
-    /// Takes over the retired records of a plant, if they or the imperfections of the model have changed.
-    pub(crate) fn follow_retired(&mut self, plant: &Plant) {
+    /// Takes over the retired records of a plant, if they or the imperfections of the model have changed. The plant drops those that have been
+    /// dropped here.
+    pub(crate) fn follow_retired(&mut self, plant: &mut Plant) {
+        if core::mem::take(&mut self.has_forgotten) {
+            plant.retired = None;
+        }
         if self.is_behind_retired
             && self.aside.is_none()
             && let Some(retired) = &plant.retired
@@ -123,25 +127,30 @@ impl Plant {
 
     /// The retired records, to be stored. `None` if there are none.
     pub fn retired_records(&self) -> Option<RetiredRecords<'_>> {
-        let RetiredOfPlant { information, .. } = self.retired.as_ref()?;
+        let information = &self.retired.as_ref()?.information;
+        if information.records() == 0 {
+            return None;
+        }
         let (normal, at) = (information.normal.entries(), information.at());
         Some(RetiredRecords { normal, at, records: information.records() })
     }
 
-    /// Takes these as the retired records of a fit that seeks `sought`. `None` if they are of another robot, of other accuracies or of other unknowns,
-    /// or hold a number that is not finite; then nothing has changed.
+    /// Takes these as the retired records of a fit that seeks `sought`. `None` if they are of other numbers of imperfections or unknowns, or hold a
+    /// number that no fit leaves; then nothing has changed. Robot and accuracies must be the same; the caller ensures that.
     pub fn resume_retired(&mut self, records: &RetiredRecords<'_>, sought: &Sought) -> Option<()> {
         let RetiredRecords { normal, at, records } = *records;
         let mut retired = RetiredOfPlant::none(&self.accuracies, &self.joints, sought);
         let unknowns = retired.shared.len() + sought.unknowns();
         retired.information = RetiredInformation::of(normal, at, records, unknowns)?;
+        let (of_shared, of_unknowns) = retired.information.at().split_at(retired.shared.len());
+        let mut all = of_shared.iter().zip(&retired.shared).map(|(value, own)| bent(own.0, *value));
+        let mut coordinates = [0.0; MAX_UNKNOWNS];
+        Straight::go_to(sought, of_unknowns, &mut coordinates);
+        if !(all.all(f64::is_finite) && coordinates.iter().all(|value| value.is_finite())) {
+            return None;
+        }
         retired.loosen();
         self.retired = Some(retired);
         Some(())
-    }
-
-    /// Drops the retired records.
-    pub(crate) fn forget_retired(&mut self) {
-        self.retired = None;
     }
 }

@@ -5,9 +5,9 @@
 
 use heapless::Vec;
 
-use super::super::compliance::Straight;
 use super::super::retired::RetiredInformation;
 use super::super::sizes::{ALL, OF_ALL, PACKED, ParameterNormal};
+use super::super::straight::Straight;
 use super::domain::Point;
 use crate::chain::JointKind;
 use crate::imperfection::{self, Accuracies, Correction, Imperfection, MAX_IMPERFECTIONS};
@@ -16,7 +16,8 @@ use crate::sought::Sought;
 
 /// Standard deviation, in its accuracy, of the difference between an imperfection of the retired records and that of the kept ones. Chosen:
 /// quadratics about two points contradict each other by less, where an elastic centre and the split of a compliance between joint and ground have
-/// moved by their standard deviation; no interval is then narrower than a tenth of the accuracies makes it.
+/// moved by their standard deviation; retired records narrow no interval below what a tenth of the accuracies
+/// makes it.
 const LOOSE: f64 = 0.1;
 
 /// Retired records of a plant.
