@@ -106,7 +106,7 @@ impl Estimate {
         refinement: &Refinement,
         problem: &Problem<'_>,
         experiments: usize,
-        plant: Option<&Plant>,
+        plant: Option<&mut Plant>,
     ) -> Self {
         // Static tests determine dampings in no pose.
         let moves = experiments > 0 || refinement.retired() > 0;

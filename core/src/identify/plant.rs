@@ -148,7 +148,7 @@ impl<R> Identifier<R> {
             refinement,
             &problem,
             settled.experiments,
-            Some(&*plant),
+            Some(&mut *plant),
         );
         estimate.held_out = settled.held_out;
         // Where no plausible plant explains the records, the minimum may be a wrong one.

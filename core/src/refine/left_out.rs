@@ -50,25 +50,28 @@ struct Block {
 impl Refinement {
     /// Residuals of each static test, of the last [`Refinement::fit`], or of the last fit to a plant; none if that has found no equilibrium.
     /// `has_records` says whether the fit rests on more than static tests.
+    // The normal equations are large: inlined, they would take room on the stack of the caller.
+    #[inline(never)]
     pub(crate) fn static_tests_left_out(
         &self,
         problem: &Problem<'_>,
         fit: &Fit,
         has_records: bool,
-        plant: Option<&Plant>,
+        plant: Option<&mut Plant>,
     ) -> Vec<LeftOut, MAX_STATIC_TESTS> {
         if problem.statics.is_empty() || !fit.objective.is_finite() {
             return Vec::new();
         }
         let blocks = match plant {
             Some(plant) => {
-                let normal = plant.normal().clone();
-                self.blocks(problem, &plant.statics(problem), normal)
+                let (statics, factor) = plant.statics_and_factor(problem);
+                self.blocks(problem, &statics, factor)
             }
             None => {
                 let correction = self.workspace.correction.values().iter().copied();
                 let statics = Statics::at(problem, &self.coordinates, correction);
-                self.blocks(problem, &statics, self.minimiser.normal.clone())
+                let mut factor = self.minimiser.normal.clone();
+                self.blocks(problem, &statics, &mut factor)
             }
         };
         let Some(blocks) = blocks else { return Vec::new() };
@@ -101,22 +104,20 @@ impl Refinement {
 }
 
 impl Refinement {
-    /// Each test, by the normal equations of the fit. `None` where the robot has no equilibrium.
-    // The normal equations are large: inlined, they would take room on the stack of the caller.
-    #[inline(never)]
+    /// Each test, by the normal equations of the fit, which become their factor. `None` where the robot has no equilibrium.
     fn blocks<const L: usize>(
         &self,
         problem: &Problem<'_>,
         statics: &Statics<'_>,
-        mut normal: Normal<L>,
+        normal: &mut Normal<L>,
     ) -> Option<Vec<Block, MAX_STATIC_TESTS>> {
-        leave_out_bounds(problem, &self.coordinates, &mut normal);
+        leave_out_bounds(problem, &self.coordinates, normal);
         let unknowns = normal.unknowns();
         for unknown in 0..unknowns {
             *normal.entry(unknown, unknown) *= 1.0 + UNDETERMINED;
         }
         normal.eliminate(unknowns);
-        problem.statics.iter().map(|test| block(statics, test, &normal)).collect()
+        problem.statics.iter().map(|test| block(statics, test, normal)).collect()
     }
 }
 

@@ -17,6 +17,7 @@ use super::objective::PlantSumOfSquares;
 use super::retired::RetiredOfPlant;
 use crate::chain::linearise::LinearisationError;
 use crate::imperfection::{self, Correction, MAX_IMPERFECTIONS};
+use crate::linear::normal::Normal;
 use crate::sought::{Coordinates, MAX_UNKNOWNS};
 use crate::spectrum::Experiment;
 use crate::verdict::FOREIGN;
@@ -227,6 +228,18 @@ impl Plant {
         let Self { imperfections, point, .. } = self;
         let values = imperfections.values(point);
         Statics::at(problem, &point.coordinates, values).seeking(&imperfections.all)
+    }
+
+    /// The static tests of a problem where the plant stands, and the normal equations of its last fit, to be changed.
+    pub(in crate::refine) fn statics_and_factor<'a>(
+        &'a mut self,
+        problem: &'a Problem<'_>,
+    ) -> (Statics<'a>, &'a mut Normal<OF_ALL>) {
+        let Self { imperfections, point, minimiser, factor, .. } = self;
+        factor.clone_from(&minimiser.normal);
+        let values = imperfections.values(point);
+        let statics = Statics::at(problem, &point.coordinates, values);
+        (statics.seeking(&imperfections.all), factor)
     }
 
     /// Sum of squares of the retired records where the plant stands.

@@ -95,21 +95,15 @@ impl Refinement {
         plant: &'p mut Plant,
     ) -> Result<PlantInformation<'p>, LinearisationError> {
         self.restart_plant(plant, 2);
-        let mut normal = core::mem::replace(&mut plant.factor, Normal::new());
-        normal.reset(plant.imperfections.all.len() + problem.sought.unknowns());
-        let added = plant.statics(problem).add_to(&mut normal);
-        plant.factor = normal;
-        added?;
+        let unknowns = problem.sought.unknowns();
+        let (statics, normal) = plant.statics_and_factor(problem);
+        normal.reset(statics.first() + unknowns);
+        statics.add_to(normal)?;
         Ok(PlantInformation { normal: &plant.factor, imperfections: &plant.imperfections.all })
     }
 }
 
 impl Plant {
-    /// Normal equations where the last fit has ended.
-    pub(in crate::refine) fn normal(&self) -> &Normal<OF_ALL> {
-        &self.minimiser.normal
-    }
-
     /// The information where the last fit has ended. It changes with the next step of an identifier.
     pub fn information(&self) -> PlantInformation<'_> {
         PlantInformation { normal: &self.minimiser.normal, imperfections: &self.imperfections.all }

@@ -32,6 +32,8 @@ impl Refinement {
     ///
     /// # Errors
     /// The robot has no equilibrium there; then nothing is added.
+    // Inlined, its normal equations would take room on the stack of the caller.
+    #[inline(never)]
     pub(crate) fn retire_on_plant<const B: usize>(
         &mut self,
         problem: &Problem<'_>,
@@ -101,6 +103,8 @@ impl Plant {
 
     /// Point about which the retired records are expanded: that where the plant stands, if there are none yet. The imperfections of records keep
     /// their values.
+    // Inlined, its normal equations would take room on the stack of the caller.
+    #[inline(never)]
     fn expanded_at(&mut self, sought: &Sought) -> Point {
         let Self { accuracies, joints, imperfections, point, retired, .. } = self;
         let all = &imperfections.all;

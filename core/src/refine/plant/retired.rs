@@ -33,6 +33,8 @@ pub(in crate::refine) struct RetiredOfPlant {
 
 impl RetiredOfPlant {
     /// Information of no record of a robot with these joints.
+    // Inlined, its normal equations would take room on the stack of the caller.
+    #[inline(never)]
     pub(super) fn none(accuracies: &Accuracies, joints: &[JointKind], sought: &Sought) -> Self {
         let own = imperfection::all(accuracies, joints, 0);
         let of_low_pass = imperfection::of_low_pass(accuracies.delay);
@@ -107,6 +109,8 @@ impl RetiredOfPlant {
     }
 
     /// The information about the unknowns of a robot whose imperfections have these values.
+    // Inlined, its normal equations would take room on the stack of the caller.
+    #[inline(never)]
     pub(in crate::refine) fn with(&self, correction: &Correction) -> RetiredInformation<PACKED> {
         let of = |imperfection| {
             let own = correction.values().iter().find(|(own, _)| *own == imperfection);
