@@ -23,7 +23,7 @@ use rayon::prelude::*;
 use crate::common::Random;
 use crate::figure::Figure;
 use crate::intervals::Intervals;
-use crate::plants::{COVER, GROSS, drawn_robot, found, readings, records};
+use crate::plants::{COVER, GROSS, drawn_robot, found, readings, records, standing};
 use crate::records::Record;
 use crate::study::{Purpose, Study, random};
 
@@ -60,9 +60,7 @@ struct Outcome {
 /// The first robots of this scenario that do not give way, with one latency and the other in turn.
 pub(crate) fn prove(study: &Study, robots: usize, details: bool) -> Result<Vec<Figure>> {
     let cuts = study.cuts();
-    let accuracies = Accuracies::typical();
-    let stands = |robot: &u64| drawn_robot(study, &accuracies, *robot).is_some();
-    let numbers: Vec<u64> = (study.first..).filter(stands).take(robots).collect();
+    let numbers = standing(study, robots);
     let one = |(index, robot): (usize, &u64)| {
         let latency = &LATENCIES[index % LATENCIES.len()];
         outcome(study, &cuts[*robot as usize % cuts.len()], *robot, latency, details)

@@ -12,7 +12,7 @@ use rayon::prelude::*;
 use crate::figure::{Figure, median};
 use crate::find::Found;
 use crate::intervals::Intervals;
-use crate::plants::{COVER, GROSS, drawn_robot, records};
+use crate::plants::{COVER, GROSS, drawn_robot, records, standing};
 use crate::records::{BINS, experiment};
 use crate::study::{Purpose, Study, random};
 
@@ -34,9 +34,7 @@ struct Outcome {
 
 /// The first robots of this scenario that do not give way.
 pub(crate) fn prove(study: &Study, robots: usize, details: bool) -> Result<Vec<Figure>> {
-    let accuracies = Accuracies::typical();
-    let stands = |robot: &u64| drawn_robot(study, &accuracies, *robot).is_some();
-    let numbers: Vec<u64> = (study.first..).filter(stands).take(robots).collect();
+    let numbers = standing(study, robots);
     let one = |robot: &u64| outcome(study, *robot, details);
     let all = numbers.par_iter().map(one).collect::<Result<Vec<_>>>()?;
     let mut intervals = Intervals::default();

@@ -14,7 +14,7 @@ use rayon::prelude::*;
 use crate::figure::Figure;
 use crate::find::Found;
 use crate::intervals::Intervals;
-use crate::plants::{COVER, GROSS, drawn_robot, found, records, records_struck};
+use crate::plants::{COVER, GROSS, drawn_robot, found, records, records_struck, standing};
 use crate::study::{Study, name};
 
 /// Least share of the parameters that as many cuts as poses identify, percent.
@@ -30,9 +30,7 @@ struct Outcome {
 /// The first robots of this scenario that do not give way.
 pub(crate) fn prove(study: &Study, robots: usize, details: bool) -> Result<Vec<Figure>> {
     let cuts = study.cuts();
-    let accuracies = Accuracies::typical();
-    let stands = |robot: &u64| drawn_robot(study, &accuracies, *robot).is_some();
-    let numbers: Vec<u64> = (study.first..).filter(stands).take(robots).collect();
+    let numbers = standing(study, robots);
     let one = |robot: &u64| outcome(study, &cuts[*robot as usize % cuts.len()], *robot, details);
     let all = numbers.par_iter().map(one).collect::<Result<Vec<_>>>()?;
     let mut intervals = Intervals::default();

@@ -296,6 +296,13 @@ pub(crate) fn drawn_robot(
     (plant.stiffness_at_rest(&bushings) > 0.0).then_some((plant, bushings))
 }
 
+/// Numbers of the first so many robots on typical plants that do not give way.
+pub(crate) fn standing(study: &Study, robots: usize) -> Vec<u64> {
+    let accuracies = Accuracies::typical();
+    let stands = |robot: &u64| drawn_robot(study, &accuracies, *robot).is_some();
+    (study.first..).filter(stands).take(robots).collect()
+}
+
 /// A plant whose every error is drawn from a normal distribution, but for links ([`with_links`]).
 fn drawn(accuracies: &Accuracies, joints: usize, band_hz: [f64; 2], random: &mut Random) -> Plant {
     let sensor = |own: &SensorAccuracies, random: &mut Random| {
