@@ -17,6 +17,7 @@ use crate::receptance::{Complex, Response, Terms};
 use crate::refine::ParameterNormal;
 use crate::sought::{MAX_UNKNOWNS, Sought};
 use crate::spectrum::Experiment;
+use crate::spectrum::thinned::THINNING;
 
 /// Number of lanes of the widest vector.
 const MAX_WIDTH: usize = 16;
@@ -54,8 +55,7 @@ pub(super) fn add<const B: usize>(
         bins,
         force: spectra.force.parts(),
         acceleration: spectra.acceleration.parts(),
-        noise: core::array::from_fn(|axis| &experiment.acceleration_noise[axis][..]),
-        noise_left: spectra.noise_left(experiment.spacing),
+        noise: Noise::of(experiment),
         relative: weighing.relative * weighing.relative,
         sought,
         normal,
@@ -63,6 +63,39 @@ pub(super) fn add<const B: usize>(
     }
     .add();
     2 * experiment.measured_axes() * bins
+}
+
+/// Noise of the acceleration on the line.
+#[derive(Clone, Copy)]
+struct Noise<'a> {
+    /// Mean square in each bin of the parts of the record, per axis.
+    of_parts: [&'a [f32]; 3],
+    /// Number of parts into which the record was divided.
+    parts: usize,
+    /// Numbers of the first bins of the whole record and of a part.
+    first_bins: [usize; 2],
+    /// Part of the mean square that remains on the line.
+    left: f64,
+}
+
+impl<'a> Noise<'a> {
+    fn of<const B: usize>(experiment: &'a Experiment<B>) -> Self {
+        let (spectra, parts) = (&experiment.thinned, experiment.divided);
+        Self {
+            of_parts: experiment.acceleration_noise.each_ref().map(heapless::Vec::as_slice),
+            parts,
+            first_bins: [spectra.first_bin, experiment.first_bin],
+            left: spectra.noise_left(experiment.spacing / parts as f64),
+        }
+    }
+
+    /// Mean square in a bin of the line, from that of a part at the same frequency.
+    fn at(&self, axis: usize, bin: usize) -> f64 {
+        let [of_record, of_part] = self.first_bins;
+        let bin = ((of_record + bin * THINNING) / self.parts).saturating_sub(of_part);
+        let of_part = self.of_parts[axis].get(bin).copied().unwrap_or_default();
+        self.left * (self.parts as f64 * f64::from(of_part))
+    }
 }
 
 struct Line<'a> {
@@ -75,10 +108,7 @@ struct Line<'a> {
     force: [[&'a [f32]; 2]; 3],
     /// Acceleration along each axis, real and imaginary part.
     acceleration: [[&'a [f32]; 2]; 3],
-    /// Mean square of the noise per bin of the record's spectrum, per axis.
-    noise: [&'a [f32]; 3],
-    /// Part of the noise's mean square that remains on the line.
-    noise_left: f64,
+    noise: Noise<'a>,
     /// η².
     relative: f64,
     sought: &'a Sought,
@@ -131,7 +161,7 @@ impl Kernel<f32> for Line<'_> {
                         measured: complex(acceleration[axis].map(|part| part[bin])),
                         modelled: complex(modelled[axis].map(|part| part[lane])),
                         relative: self.relative,
-                        noise: self.noise_left * noise_of(self.noise[axis], bin),
+                        noise: self.noise.at(axis, bin),
                     };
                     let rows = &mut rows[2 * axis..2 * axis + 2];
                     residual.write(rows, sought, |index| {
@@ -142,11 +172,6 @@ impl Kernel<f32> for Line<'_> {
             normal.add_all(level, rows[..lanes].as_flattened());
         }
     }
-}
-
-/// Mean square of the noise in a bin of the line, from that at the same frequency in the record's spectrum.
-fn noise_of(noise: &[f32], bin: usize) -> f64 {
-    noise.get(bin * crate::spectrum::thinned::THINNING).copied().unwrap_or_default().into()
 }
 
 /// Residual A − Â along one axis, and the parts of its variance.

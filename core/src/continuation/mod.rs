@@ -189,7 +189,8 @@ impl Continuation {
         let relative = if self.level < LAST { RELATIVE } else { LAST_RELATIVE };
         self.rows = 0;
         for experiment in experiments {
-            let Some(terms) = sagged(problem, experiment.site(), &bushings) else {
+            let site = Site { pose: &experiment.thinned.pose, ..experiment.site() };
+            let Some(terms) = sagged(problem, site, &bushings) else {
                 debug_assert!(false, "an experiment of another chain");
                 continue;
             };

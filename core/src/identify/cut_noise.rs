@@ -7,7 +7,7 @@
 
 use heapless::Vec;
 
-use super::local_response::{WINDOW, Window, quantile, sorted};
+use super::local_response::{WINDOW, Window, quantile, sorted, windows};
 use super::shown::Shown;
 use crate::refine::Unexplained;
 use crate::search::MAX_EXPERIMENTS;
@@ -43,7 +43,9 @@ pub(super) fn replace<const B: usize>(
 
 /// Noise of the cut of a record, from what a model leaves of it.
 pub(super) fn of<const B: usize>(experiment: &Experiment<B>, left: &Unexplained<B>) -> CutNoise {
-    let bands = (experiment.bins() / (WINDOW * WINDOWS)).min(MAX_BANDS);
+    // The bins of several parts are not in the order of their frequencies.
+    let most = if experiment.is_whole() { MAX_BANDS } else { 1 };
+    let bands = (experiment.bins() / (WINDOW * WINDOWS)).min(most);
     let times = [0, 1, 2].map(|axis| {
         let own = &experiment.cut_noise.times[axis];
         let times: Vec<f32, MAX_BANDS> = (0..bands)
@@ -67,7 +69,7 @@ fn changed<const B: usize>(
     before: f32,
 ) -> f32 {
     let bins = experiment.bins_of_band(band, bands);
-    let windows = || bins.clone().step_by(WINDOW).filter(|first| first + WINDOW <= bins.end);
+    let windows = || windows(experiment, bins.clone());
     let level = |first: usize| Window::of(experiment, left, axis, first).incoherent;
     let levels = sorted::<MAX_WINDOWS>(windows().map(level));
     let level = quantile(&levels, 0.5) / MEDIAN;

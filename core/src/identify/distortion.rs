@@ -13,7 +13,7 @@
 
 use heapless::Vec;
 
-use super::local_response::{WINDOW, Window, quantile, sorted};
+use super::local_response::{Window, quantile, sorted, windows};
 use crate::refine::Unexplained;
 use crate::search::MAX_EXPERIMENTS;
 use crate::spectrum::Experiment;
@@ -41,9 +41,8 @@ impl Distortion {
         left: &Unexplained<B>,
     ) {
         for axis in 0..3 {
-            let first = (0..experiment.bins()).step_by(WINDOW);
-            let whole = first.filter(|first| first + WINDOW <= experiment.bins());
-            let windows = whole.map(|first| Window::of(experiment, left, axis, first));
+            let all = windows(experiment, 0..experiment.bins());
+            let windows = all.map(|first| Window::of(experiment, left, axis, first));
             let clear = windows.filter(|window| window.left > CLEAR);
             let parts: Vec<f64, MAX_WINDOWS> = sorted(clear.map(part));
             if parts.len() >= WINDOWS {

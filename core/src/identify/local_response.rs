@@ -10,12 +10,14 @@
 //! method: Pintelon and Schoukens, _System Identification_, 2nd edition, 2012, chapter 7). At a narrow resonance an error of the model is
 //! not smooth either, so that the median of many windows counts.
 
+use core::ops::Range;
+
 use heapless::Vec;
 
 use crate::linear::normal::Normal;
 use crate::linear::packed::packed;
 use crate::refine::Unexplained;
-use crate::spectrum::Experiment;
+use crate::spectrum::{Experiment, Part};
 
 /// Bins of a window. Chosen: three times the unknowns of the response.
 pub(super) const WINDOW: usize = 24;
@@ -29,6 +31,18 @@ pub(super) struct Window {
     pub(super) left: f64,
     /// Mean square of the part that no smooth response to the force explains. Noise has 1.
     pub(super) incoherent: f64,
+}
+
+/// First bins of the windows that lie in one part of a record and in these of its bins.
+pub(super) fn windows<const B: usize>(
+    experiment: &Experiment<B>,
+    bins: Range<usize>,
+) -> impl Iterator<Item = usize> {
+    let in_part = move |part: Part<'_>| {
+        let (first, end) = (part.bins.start.max(bins.start), part.bins.end.min(bins.end));
+        (first..end).step_by(WINDOW).filter(move |first| first + WINDOW <= end)
+    };
+    experiment.parts().flat_map(in_part)
 }
 
 impl Window {

@@ -12,7 +12,7 @@ use crate::loss::target::Target;
 use crate::refine::Problem;
 use crate::search::{MAX_EXPERIMENTS, Search, Sensitivities, Strategy, Weighing};
 use crate::sought::Coordinates;
-use crate::spectrum::Experiment;
+use crate::spectrum::{Experiment, Site};
 
 impl<R: Rng> Identifier<R> {
     pub(super) fn start_search<const B: usize>(&mut self, experiments: &[Experiment<B>]) {
@@ -79,8 +79,10 @@ impl<R: Rng> Identifier<R> {
     /// Continues the random search with these experiments.
     pub(super) fn aim<const B: usize>(&mut self, experiments: &[Experiment<B>]) {
         let Self { chain, measurement, targets, search, .. } = self;
-        let target =
-            |experiment: &Experiment<B>| Target::new(chain, measurement, experiment.site()).ok();
+        let target = |experiment: &Experiment<B>| {
+            let site = Site { pose: &experiment.thinned.pose, ..experiment.site() };
+            Target::new(chain, measurement, site).ok()
+        };
         targets.clear();
         targets.extend(experiments.iter().map_while(target).take(MAX_EXPERIMENTS));
         debug_assert_eq!(targets.len(), experiments.len().min(MAX_EXPERIMENTS), "of another chain");

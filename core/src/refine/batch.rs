@@ -9,7 +9,7 @@ use super::seam::{ORDERS, powers};
 use crate::linear::gram::WIDEST;
 use crate::receptance::Complex;
 use crate::receptance::lanes::Lanes;
-use crate::spectrum::Experiment;
+use crate::spectrum::{Experiment, Part};
 
 /// The bins of one record.
 pub(super) struct Bins<'a> {
@@ -30,8 +30,9 @@ pub(super) struct Bins<'a> {
 }
 
 impl<'a> Bins<'a> {
-    pub(super) fn of<const B: usize>(experiment: &'a Experiment<B>) -> Self {
-        Self {
+    /// The bins of a part of an experiment.
+    pub(super) fn of<const B: usize>(experiment: &'a Experiment<B>, part: &Part<'_>) -> Self {
+        let whole = Self {
             spacing: experiment.spacing,
             first_bin: experiment.first_bin,
             every: 1,
@@ -41,22 +42,30 @@ impl<'a> Bins<'a> {
             drift: experiment.drift.parts(),
             force_noise: experiment.force_noise.each_ref().map(Vec::as_slice),
             acceleration_noise: experiment.acceleration_noise.each_ref().map(Vec::as_slice),
-        }
+        };
+        Self { first_bin: experiment.first_bin, ..whole.some(part.bins.clone()) }
     }
 
     /// The first bin, and then one out of `every`.
-    pub(super) fn thinned<const B: usize>(experiment: &'a Experiment<B>, every: usize) -> Self {
-        Self { every, ..Self::of(experiment) }
+    pub(super) fn thinned<const B: usize>(
+        experiment: &'a Experiment<B>,
+        part: &Part<'_>,
+        every: usize,
+    ) -> Self {
+        Self { every, ..Self::of(experiment, part) }
     }
 
     /// All bins, with the noise of the acceleration that has no lines.
-    pub(super) fn without_lines<const B: usize>(experiment: &'a Experiment<B>) -> Self {
-        let broad = experiment.broad_noise.each_ref().map(Vec::as_slice);
-        Self { acceleration_noise: broad, ..Self::of(experiment) }
+    pub(super) fn without_lines<const B: usize>(
+        experiment: &'a Experiment<B>,
+        part: &Part<'_>,
+    ) -> Self {
+        let broad = experiment.broad_noise.each_ref().map(|axis| &axis[part.bins.clone()]);
+        Self { acceleration_noise: broad, ..Self::of(experiment, part) }
     }
 
     /// Some of the bins that count.
-    pub(super) fn part(&self, bins: Range<usize>) -> Self {
+    pub(super) fn some(&self, bins: Range<usize>) -> Self {
         let all = self.force[0][0].len();
         let bins = bins.start * self.every..all.min(bins.end * self.every);
         let cut =
@@ -249,9 +258,10 @@ mod tests {
             let record = record(&mut Xoshiro256PlusPlus::seed_from_u64(1));
             let whole = Experiment::<BINS>::new(&chain(), &measurement(), &record, &mut [0.0; SAMPLES]);
             let whole = whole.unwrap();
-            let (all, some) = (Bins::of(&whole), Bins::thinned(&whole, every));
+            let only = whole.parts().next().unwrap();
+            let (all, some) = (Bins::of(&whole, &only), Bins::thinned(&whole, &only, every));
             prop_assert_eq!(some.bins(), all.bins().div_ceil(every));
-            let part = some.part(from..from + count);
+            let part = some.some(from..from + count);
             prop_assert_eq!(part.bins(), count);
             for bin in 0..count {
                 let own = (from + bin) * every;

@@ -4,6 +4,7 @@ use core::f64::consts::TAU;
 
 use super::Refinement;
 use super::objective::Domain as _;
+use super::plant::Plant;
 use super::plant::imperfect::NO_RECORD;
 use super::problem::Problem;
 use super::proposal::propose;
@@ -126,14 +127,15 @@ impl Refinement {
                 contradiction: retired.contradiction(&minimiser.normal, sought, coordinates),
             }
         });
-        self.fit_of(problem, experiments, assembled)
+        self.fit_of(problem, experiments, None, assembled)
     }
 
-    /// The fit of the normal equations as they have been assembled at the present coordinates.
+    /// The fit of the normal equations as they have been assembled at the present coordinates, or where a plant stands, if there is one.
     pub(super) fn fit_of<const B: usize>(
         &mut self,
         problem: &Problem<'_>,
         experiments: &[Experiment<B>],
+        plant: Option<&Plant>,
         assembled: Result<Assembled, LinearisationError>,
     ) -> Fit {
         let Self { minimiser, .. } = self;
@@ -148,12 +150,13 @@ impl Refinement {
         };
         let Assembled { summary, of_statics, of_retired, contradiction } = assembled;
         let covariance = Covariance::of(normal);
+        let Summary { similarities, mut structures } = summary;
+        let seams = self.taken_by_seams(problem, experiments, plant, &mut structures);
         let static_residuals = problem.statics.iter().map(|test| test.readings().count()).sum();
         let residuals = experiments.iter().map(|e| e.residuals(1)).sum::<usize>();
         let priors = problem.sought.priors(&self.coordinates).count()
             + problem.sought.expected(&self.coordinates, problem.bounds).count();
         let residuals = residuals + static_residuals + priors;
-        let seams = experiments.iter().map(|e| problem.seam_unknowns_of(e)).sum::<usize>();
         // The retired records have determined the unknowns before.
         let determined = if self.retired.records() > 0 { 0 } else { self.determined(problem) };
         Fit {
@@ -161,7 +164,7 @@ impl Refinement {
             objective,
             static_sum_of_squares: of_statics,
             static_residuals,
-            degrees_of_freedom: residuals.saturating_sub(seams + determined) as f64,
+            degrees_of_freedom: (residuals.saturating_sub(determined) as f64 - seams).max(0.0),
             deviations: deviations(problem.sought, &covariance),
             log_information: log_information(
                 &self.minimiser.normal,
@@ -169,8 +172,8 @@ impl Refinement {
                 problem.bounds,
             ),
             covariance,
-            structure: summary.structures.structure(),
-            ssp: summary.similarities.median_and_largest(),
+            structure: structures.structure(),
+            ssp: similarities.median_and_largest(),
             contradiction,
         }
     }
@@ -193,6 +196,7 @@ impl Refinement {
     /// Gauss and Newton takes its share out of the estimate. Where the others hardly determine some parameter, that step goes too
     /// far, and the agreement looks worse than that of a fit to the others. No agreement where the step ends at a robot that
     /// gravity leaves no equilibrium.
+    #[inline(never)]
     pub fn hold_out<const B: usize>(
         &mut self,
         problem: &Problem<'_>,
@@ -200,15 +204,18 @@ impl Refinement {
         experiment: &Experiment<B>,
     ) -> Agreement {
         let Self { coordinates, minimiser, workspace, .. } = self;
-        if workspace.assemble_fitted(problem, coordinates, record, experiment).is_err() {
+        let mut own = ParameterNormal::new();
+        let own_fit = workspace.assemble_fitted(problem, coordinates, record, experiment, &mut own);
+        if own_fit.is_err() {
             return Agreement::default();
         }
         let mut others = minimiser.normal.clone();
-        others.subtract_complement(&workspace.record, problem.seam_unknowns());
+        others.subtract_complement(&own, 0);
         let (step, _) = propose(problem.level, &others, &problem.room(coordinates), 0.0);
         let without = problem.advance(coordinates, &step);
         // What a correction has of this record alone, the others do not know.
-        let predicted = workspace.assemble_fitted(problem, &without, NO_RECORD, experiment);
+        let predicted =
+            workspace.assemble_fitted(problem, &without, NO_RECORD, experiment, &mut own);
         predicted.map_or_else(|_| Agreement::default(), |it| it.agreement())
     }
 }

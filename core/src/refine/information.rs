@@ -52,15 +52,9 @@ impl Information {
         information
     }
 
-    /// Information of the record whose first `eliminated` unknowns are gone.
-    pub(super) fn of_complement<const L: usize>(
-        record: &Normal<L>,
-        eliminated: usize,
-        sought: &Sought,
-    ) -> Self {
-        let mut information = Self::none(sought.unknowns());
-        information.normal.add_complement(record, eliminated);
-        information
+    /// Adds that of the part of a record whose first `eliminated` unknowns are gone.
+    pub(super) fn add_complement<const L: usize>(&mut self, record: &Normal<L>, eliminated: usize) {
+        self.normal.add_complement(record, eliminated);
     }
 
     /// Adds the information of independent experiments.

@@ -8,10 +8,10 @@
 //! | `levels`                                                       | errors of the model that a fit allows for at first      |
 //! | `problem`                                                      | the robot, the unknowns and their domain                |
 //! | `sum_of_squares`, `others`, `statics`, `retired`               | the objective: records, priors, static tests, retired   |
-//! | `record`, `model`, `modelled`, `seam`                          | one record, its seam projected out                      |
+//! | `record`, `basis`, `model`, `modelled`, `seam`                 | a part of a record, its seam projected out              |
 //! | `equations`, `batch`, `rows`, `whitening`, `residuals`         | the rows of its bins                                    |
 //! | `responses`                                                    | the same from the responses to unit loads               |
-//! | `fit`, `summary`, `structure`, `information`                   | the results of a fit                                    |
+//! | `fit`, `summary`, `structure`, `leverage`, `information`       | the results of a fit                                    |
 //! | `left_out`                                                     | each static test as all else predicts it                |
 //! | `thinning`, `stagnation`                                       | fits that count some of the bins, or are given up       |
 //! | `unexplained`                                                  | what a model leaves of a record, bin by bin             |
@@ -21,6 +21,7 @@
 //! One [`Refinement::step`] tries one step. It ends when the step that is left, without damping and within the bounds,
 //! would lower the sum of squares by less than 1e-4: a hundredth of a standard deviation in all parameters together.
 
+mod basis;
 mod batch;
 pub(crate) mod compliance;
 pub(crate) mod damping;
@@ -32,6 +33,7 @@ mod left_out;
 mod left_over;
 pub(crate) mod levels;
 mod levenberg_marquardt;
+mod leverage;
 mod model;
 mod modelled;
 mod objective;
@@ -64,6 +66,7 @@ use crate::parameters::Bushings;
 use crate::sought::{Coordinate, Coordinates, MAX_UNKNOWNS, Sought};
 use crate::spectrum::Experiment;
 use crate::verdict::{self, Direction, MAX_DIRECTIONS};
+pub use basis::Basis;
 use batch::Bins;
 use equations::Equations;
 pub use fit::Fit;
@@ -73,9 +76,8 @@ pub use left_over::{LeftOver, MAX_LEFT_OVER};
 pub use levenberg_marquardt::Outcome;
 pub(crate) use levenberg_marquardt::Remaining;
 use levenberg_marquardt::{LevenbergMarquardt, Limits};
-use model::Model;
 pub use plant::{
-    Basis, Explanation, FoundImperfection, MAX_EXPLANATIONS, MAX_RIVALS, Mechanics, Places, Plant,
+    Explanation, FoundImperfection, MAX_EXPLANATIONS, MAX_RIVALS, Mechanics, Places, Plant,
     PlantInformation, RetiredRecords,
 };
 pub use problem::Problem;
@@ -83,7 +85,6 @@ use record::Workspace;
 pub use residuals::Agreement;
 pub(crate) use retired::Retired;
 use retired::RetiredInformation;
-use seam::Seam;
 use sizes::PACKED;
 pub(crate) use sizes::ParameterNormal;
 pub(crate) use stagnation::{OF_BRANCH, Stagnation};
@@ -275,6 +276,8 @@ impl Refinement {
     /// # Errors
     ///
     /// If the robot has no equilibrium there; then nothing is added.
+    // Inlined, its normal equations would take room on the stack of the caller.
+    #[inline(never)]
     pub fn retire<const B: usize>(
         &mut self,
         problem: &Problem<'_>,
@@ -282,9 +285,9 @@ impl Refinement {
     ) -> Result<(), LinearisationError> {
         let Self { workspace, retired, coordinates, .. } = self;
         let expanded = retired.expanded_at(problem.sought, coordinates);
-        workspace.assemble_fitted(problem, &expanded, 0, experiment)?;
-        let seam = problem.seam_unknowns();
-        retired.take_record(&workspace.record, seam, problem.sought, &expanded);
+        let mut own = ParameterNormal::new();
+        workspace.assemble_fitted(problem, &expanded, 0, experiment, &mut own)?;
+        retired.take_record(&own, problem.sought, &expanded);
         self.minimiser.linearised = false;
         Ok(())
     }
@@ -345,9 +348,7 @@ impl Refinement {
         problem: &Problem<'_>,
         experiment: &Experiment<B>,
     ) -> Result<Information, LinearisationError> {
-        let model = modelled::perfect(problem, &self.coordinates, experiment.site())?;
-        let (seam, _) = self.workspace.fit_seam(problem, &model, Bins::of(experiment));
-        Ok(self.information_at(problem, &model, experiment, &seam))
+        self.information_of(problem, experiment, Basis::Measured)
     }
 
     /// Fisher information of a planned experiment at the present parameters. The unknowns of the seam are projected out, at a
@@ -361,21 +362,25 @@ impl Refinement {
         problem: &Problem<'_>,
         experiment: &Experiment<B>,
     ) -> Result<Information, LinearisationError> {
-        let model = modelled::perfect(problem, &self.coordinates, experiment.site())?;
-        let seam = self.workspace.planned_seam(problem, &model, Bins::of(experiment));
-        Ok(self.information_at(problem, &model, experiment, &seam))
+        self.information_of(problem, experiment, Basis::Planned)
     }
 
-    fn information_at<const B: usize>(
+    fn information_of<const B: usize>(
         &mut self,
         problem: &Problem<'_>,
-        model: &Model,
         experiment: &Experiment<B>,
-        seam: &Seam,
-    ) -> Information {
-        self.workspace.assemble(problem, model, Bins::of(experiment), Equations::Planned(seam));
-        let Self { workspace, .. } = self;
-        Information::of_complement(&workspace.record, problem.seam_unknowns(), problem.sought)
+        basis: Basis,
+    ) -> Result<Information, LinearisationError> {
+        let Self { coordinates, workspace, .. } = self;
+        let mut information = Information::none(problem.sought.unknowns());
+        for part in experiment.parts() {
+            let bins = || Bins::of(experiment, &part);
+            let model = modelled::perfect(problem, coordinates, part.site)?;
+            let seam = workspace.seam(problem, &model, bins(), basis);
+            workspace.assemble(problem, &model, bins(), Equations::Planned(&seam));
+            information.add_complement(&workspace.record, problem.seam_unknowns());
+        }
+        Ok(information)
     }
 }
 

@@ -5,15 +5,16 @@ mod tests;
 
 use heapless::Vec;
 
-use super::Problem;
+use super::basis::Basis;
 use super::batch::{Batch, Bins, spill};
 use super::equations::{Assembly, Equations, Reading, by_lane, whiten};
 use super::model::Model;
 use super::modelled;
+use super::problem::Problem;
 use super::residuals::Residuals;
 use super::responses::{Bin, Columns, OTHERS, Sums};
 use super::seam::{MAX_SEAM, Seam, cost_of};
-use super::sizes::{COLUMNS, OF_RECORD, RecordNormal};
+use super::sizes::{COLUMNS, MAX_SEAMS, OF_RECORD, ParameterNormal, RecordNormal};
 use super::summary::Summary;
 use super::whitening::{Whitening, WhiteningOfLanes};
 use crate::DOF;
@@ -23,7 +24,6 @@ use crate::linear::gram::WIDEST;
 use crate::linear::normal::Normal;
 use crate::receptance::lanes::{Kernel, Lanes, Precision as _};
 use crate::receptance::{Response, Terms};
-use crate::search::MAX_EXPERIMENTS;
 use crate::sought::{Coordinate, Coordinates, MAX_UNKNOWNS, Sought};
 use crate::spectrum::{Experiment, Site};
 
@@ -44,8 +44,8 @@ pub(super) struct Workspace {
     pub(super) record: RecordNormal,
     /// Sums from which these follow.
     sums: Sums,
-    /// Seams of the first records, each at its best, at the point where the cost was evaluated last.
-    pub(super) seams: Vec<Seam, MAX_EXPERIMENTS>,
+    /// Seams of the first parts of records, each at its best, at the point where the cost was evaluated last.
+    pub(super) seams: Vec<Seam, MAX_SEAMS>,
     /// Sums over the residuals where the normal equations of all unknowns were assembled last.
     pub(super) summary: Summary,
 }
@@ -92,14 +92,23 @@ impl Workspace {
     }
 
     /// A seam of zero of a record whose acceleration nobody has measured: its reading is the modelled one.
-    pub(super) fn planned_seam(
+    fn planned_seam(&mut self, problem: &Problem<'_>, model: &Model, record: Bins<'_>) -> Seam {
+        self.run(problem, model, record, Equations::Seam);
+        Seam { cost: cost_of(self.record.sum_of_squares()), ..Seam::ZERO }
+    }
+
+    /// The seam of a record that is measured or planned.
+    pub(super) fn seam(
         &mut self,
         problem: &Problem<'_>,
         model: &Model,
         record: Bins<'_>,
+        basis: Basis,
     ) -> Seam {
-        self.run(problem, model, record, Equations::Seam);
-        Seam { cost: cost_of(self.record.sum_of_squares()), ..Seam::ZERO }
+        match basis {
+            Basis::Measured => self.fit_seam(problem, model, record).0,
+            Basis::Planned => self.planned_seam(problem, model, record),
+        }
     }
 
     /// These normal equations of one record, its seam eliminated.
@@ -119,17 +128,25 @@ impl Workspace {
         residuals
     }
 
-    /// The normal equations of one record, of this number, at its best seam, which is eliminated.
+    /// Fills `normal` with the normal equations of one record, of this number, its parts at their best seams, which are eliminated.
     pub(super) fn assemble_fitted<const B: usize>(
         &mut self,
         problem: &Problem<'_>,
         coordinates: &Coordinates,
         record: usize,
         experiment: &Experiment<B>,
+        normal: &mut ParameterNormal,
     ) -> Result<Residuals, LinearisationError> {
-        let model = self.model(problem, coordinates, experiment.site(), record)?;
-        let (seam, _) = self.fit_seam(problem, &model, Bins::of(experiment));
-        Ok(self.assemble(problem, &model, Bins::of(experiment), Equations::All(&seam)))
+        normal.reset(problem.sought.unknowns());
+        let mut residuals = Residuals::default();
+        for part in experiment.parts() {
+            let bins = || Bins::of(experiment, &part);
+            let model = self.model(problem, coordinates, part.site, record)?;
+            let (seam, _) = self.fit_seam(problem, &model, bins());
+            residuals.add(&self.assemble(problem, &model, bins(), Equations::All(&seam)));
+            normal.add_complement(&self.record, problem.seam_unknowns());
+        }
+        Ok(residuals)
     }
 
     /// Fills the record's normal equations.

@@ -16,10 +16,12 @@ pub struct Agreement {
     pub vaf: [f64; 3],
 }
 
-/// Sums over the bins of one record.
+/// Sums over the bins of one record, or of one of its parts.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Residuals {
+    /// Number of bins of a part.
     bins: usize,
+    /// Number of the bins of all parts that have been taken.
     taken: usize,
     axes: [Axis; 3],
 }
@@ -41,10 +43,24 @@ impl Axis {
     fn is_measured(&self) -> bool {
         self.power != 0.0
     }
+
+    fn add(&mut self, other: &Self) {
+        let Self { similarity, measured, model, gap, cross: [re, im], power, lags } = other;
+        self.similarity += similarity;
+        self.measured += measured;
+        self.model += model;
+        self.gap += gap;
+        self.cross[0] += re;
+        self.cross[1] += im;
+        self.power += power;
+        for (sum, lag) in self.lags.iter_mut().zip(lags) {
+            *sum += lag;
+        }
+    }
 }
 
 impl Residuals {
-    /// Statistics of a record with so many bins, none of them taken yet.
+    /// Statistics of a part with so many bins, none of them taken yet.
     pub(crate) fn new(bins: usize) -> Self {
         Self { bins, ..Self::default() }
     }
@@ -79,10 +95,19 @@ impl Residuals {
         self.taken += 1;
     }
 
+    /// Adds another part, of as many bins.
+    pub(crate) fn add(&mut self, other: &Self) {
+        self.bins = other.bins;
+        self.taken += other.taken;
+        for (sum, axis) in self.axes.iter_mut().zip(&other.axes) {
+            sum.add(axis);
+        }
+    }
+
     /// Surface similarity parameter of each axis that is measured.
     pub(crate) fn similarity(&self) -> impl Iterator<Item = f64> {
         let measured = self.axes.iter().filter(|axis| axis.is_measured());
-        measured.map(|axis| axis.similarity / self.bins.max(1) as f64)
+        measured.map(|axis| axis.similarity / self.taken.max(1) as f64)
     }
 
     /// How far model and measurement agree.
@@ -102,7 +127,7 @@ impl Residuals {
     }
 
     /// Box and Pierce's statistic of the residuals' autocorrelation (1970), `(n + 2) Σ r²`, along each axis: the band is taken as the
-    /// spectrum of a series sampled at twice its width, of n = 2 × bins samples.
+    /// spectrum of a series sampled at twice its width, of n = 2 × bins samples. Several parts are as many such series: r is that of all.
     ///
     /// That series is periodic, and every lag uses all of it, so that Ljung and Box's weights (1978) have no place: the
     /// variance of r is `1 / (n + 2)` at every lag, exactly, since the powers of white bins, over their sum, are spread evenly
@@ -110,7 +135,7 @@ impl Residuals {
     pub(super) fn box_pierce(&self) -> [Statistic; 3] {
         // Few bins have few lags that are not each other's mirror images, and the fit has had its part of them.
         let lags = LAGS.min(self.bins / 8);
-        let gain = 2.0 * (self.bins + 1) as f64;
+        let gain = 2.0 * (self.taken + 1) as f64;
         self.axes.map(|axis| {
             if !axis.is_measured() {
                 return Statistic::default();

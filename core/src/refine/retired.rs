@@ -145,20 +145,15 @@ impl RetiredInformation<PACKED> {
         expanded
     }
 
-    /// Takes in the normal equations of a record, of which the first `eliminated` unknowns are gone, where it is
-    /// [expanded](RetiredInformation::expanded_at).
-    pub(super) fn take_record<const M: usize>(
+    /// Takes in the normal equations of a record where it is [expanded](RetiredInformation::expanded_at).
+    pub(super) fn take_record(
         &mut self,
-        record: &Normal<M>,
-        eliminated: usize,
+        record: &ParameterNormal,
         sought: &Sought,
         expanded: &Coordinates,
     ) {
         let straight = Straight::at(sought, expanded);
-        let mut own = ParameterNormal::new();
-        own.reset(sought.unknowns());
-        own.add_complement(record, eliminated);
-        self.take(&own, &straight.of_unknowns().collect::<Vec<_, MAX_UNKNOWNS>>());
+        self.take(record, &straight.of_unknowns().collect::<Vec<_, MAX_UNKNOWNS>>());
     }
 
     /// Adds it to the normal equations of a step from these coordinates.

@@ -22,6 +22,9 @@ pub(super) const OF_ALL: usize = packed(ALL + 1);
 /// Length of the normal equations of a record: its seam, imperfections, and the unknowns.
 pub(super) const WIDE_OF_RECORD: usize = packed(MAX_SEAM + ALL + 1);
 
+/// Number of seams for which there is memory. Chosen: those of four records of eight parts each; further ones are fitted twice.
+pub(super) const MAX_SEAMS: usize = 32;
+
 /// Normal equations of the unknowns.
 pub(crate) type ParameterNormal = Normal<PACKED>;
 /// Normal equations of a record: its seam, and the unknowns.

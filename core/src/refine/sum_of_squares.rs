@@ -6,6 +6,7 @@ use super::objective::Objective;
 use super::others::Others;
 use super::problem::Problem;
 use super::record::Workspace;
+use super::residuals::Residuals;
 use super::retired::RetiredInformation;
 use super::sizes::{PACKED, ParameterNormal};
 use super::statics::Statics;
@@ -40,16 +41,20 @@ impl<const B: usize> Objective<Coordinates, PACKED> for SumOfSquares<'_, B> {
         let Self { problem, experiments, workspace, every, .. } = self;
         normal.reset(problem.sought.unknowns());
         workspace.summary = Summary::default();
-        for (index, experiment) in experiments.iter().enumerate() {
-            let model = workspace.model(problem, coordinates, experiment.site(), index)?;
-            let seam = match workspace.seams.get(index) {
-                Some(seam) => *seam,
-                None => workspace.fit_seam(problem, &model, Bins::thinned(experiment, *every)).0,
-            };
-            let bins = Bins::thinned(experiment, *every);
-            let residuals = workspace.assemble(problem, &model, bins, Equations::All(&seam));
-            workspace.summary.push(&residuals);
-            normal.add_complement(&workspace.record, problem.seam_unknowns());
+        let mut seams = 0..;
+        for (record, experiment) in experiments.iter().enumerate() {
+            let mut residuals = Residuals::default();
+            for (part, number) in experiment.parts().zip(&mut seams) {
+                let model = workspace.model(problem, coordinates, part.site, record)?;
+                let bins = || Bins::thinned(experiment, &part, *every);
+                let seam = match workspace.seams.get(number) {
+                    Some(seam) => *seam,
+                    None => workspace.fit_seam(problem, &model, bins()).0,
+                };
+                residuals.add(&workspace.assemble(problem, &model, bins(), Equations::All(&seam)));
+                normal.add_complement(&workspace.record, problem.seam_unknowns());
+            }
+            workspace.summary.push(&residuals, experiment.is_whole());
         }
         self.others(coordinates).add_to(normal)?;
         let Self { problem, retired, .. } = self;
@@ -83,13 +88,15 @@ impl<'a, const B: usize> SumOfSquares<'a, B> {
         self.workspace.seams.clear();
         let mut sum_of_squares = 0.0;
         for (record, experiment) in self.experiments.iter().enumerate() {
-            let model = self.workspace.model(self.problem, coordinates, experiment.site(), record);
-            let Ok(model) = model else { return f64::INFINITY };
-            let bins = Bins::thinned(experiment, self.every);
-            let (seam, remaining) = self.workspace.fit_seam(self.problem, &model, bins);
-            // A seam for which there is no room is fitted again.
-            let _ = self.workspace.seams.push(seam);
-            sum_of_squares += remaining;
+            for part in experiment.parts() {
+                let model = self.workspace.model(self.problem, coordinates, part.site, record);
+                let Ok(model) = model else { return f64::INFINITY };
+                let bins = Bins::thinned(experiment, &part, self.every);
+                let (seam, remaining) = self.workspace.fit_seam(self.problem, &model, bins);
+                // A seam for which there is no room is fitted again.
+                let _ = self.workspace.seams.push(seam);
+                sum_of_squares += remaining;
+            }
         }
         sum_of_squares
     }

@@ -11,10 +11,12 @@ pub(super) struct Summary {
 }
 
 impl Summary {
-    /// Takes a record.
-    pub(super) fn push(&mut self, residuals: &Residuals) {
+    /// Takes a record. The structure of one that is divided is another matter: see `leverage`.
+    pub(super) fn push(&mut self, residuals: &Residuals, is_whole: bool) {
         self.similarities.push(residuals.similarity());
-        self.structures.push(&residuals.box_pierce());
+        if is_whole {
+            self.structures.push(&residuals.box_pierce());
+        }
     }
 }
 

@@ -77,6 +77,7 @@ pub(crate) fn record(random: &mut Xoshiro256PlusPlus) -> Record<SAMPLES> {
     Record {
         start_s: 0.0,
         pose: [0.4, -0.3].into_iter().collect(),
+        path: Default::default(),
         rate_hz: 500.0,
         force: noise(400.0),
         acceleration: noise(2.0),

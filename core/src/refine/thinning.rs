@@ -9,9 +9,9 @@ use crate::spectrum::Experiment;
 /// Least number of bins of a record that count. Chosen: their 768 residuals are eight times the unknowns of the seam of seven joints.
 const LEAST_BINS: usize = 128;
 
-/// Distance of the bins that count, as large as the record of the fewest bins allows; 1 where all must count.
+/// Distance of the bins that count, as large as the part of a record with the fewest bins allows; 1 where all must count.
 pub(crate) fn distance<const B: usize>(experiments: &[Experiment<B>]) -> usize {
-    let fewest = experiments.iter().map(Experiment::bins).min().unwrap_or(0);
+    let fewest = experiments.iter().map(Experiment::bins_of_part).min().unwrap_or(0);
     of_bins(fewest)
 }
 

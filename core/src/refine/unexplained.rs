@@ -13,14 +13,14 @@ use crate::chain::linearise::LinearisationError;
 use crate::receptance::lanes::{Kernel, Lanes, Precision};
 use crate::receptance::{Complex, Response};
 use crate::sought::Coordinates;
-use crate::spectrum::{Experiment, Spectrum};
+use crate::spectrum::{Experiment, Part, Spectrum};
 
 /// Residuals of the acceleration of one record, and the noise there.
 #[derive(Clone, Debug)]
 pub(crate) struct Unexplained<const B: usize> {
-    /// Bin number of the first bin.
+    /// Bin number of the first bin of each part.
     pub(crate) first_bin: usize,
-    /// Length of the record, s.
+    /// Length of a part of the record, s.
     pub(crate) length: f64,
     /// Residuals along the accelerometer's axes, m/s.
     pub(crate) residual: Spectrum<B>,
@@ -59,29 +59,19 @@ impl Refinement {
         take: &mut dyn FnMut(&BinLeft),
     ) -> Result<(), LinearisationError> {
         for (record, experiment) in experiments.iter().enumerate().skip(first) {
-            let model = match plant {
-                Some(plant) => plant.model(problem, experiment.site(), record),
-                None => self.workspace.model(problem, coordinates, experiment.site(), record),
-            }?;
-            let (seam, _) = self.workspace.fit_seam(problem, &model, Bins::of(experiment));
-            let assembly = Assembly {
-                model: &model,
-                record: Bins::of(experiment),
-                equations: Equations::All(&seam),
-                sought: problem.sought,
-                further: (),
-                normal: &mut self.workspace.record,
-                level: problem.level,
-            };
             let mut bin = 0;
-            run(assembly, &mut |left| {
-                let (mut own, mut noise) = (*left.left, left.mean_square());
-                for axis in (0..3).filter(|axis| !experiment.measures(*axis)) {
-                    (own[axis], noise[axis]) = ([0.0; 2], 0.0);
-                }
-                take(&BinLeft { record, bin, left: own, noise });
-                bin += 1;
-            });
+            for part in experiment.parts() {
+                let model = self.model_of(problem, coordinates, plant, &part, record)?;
+                let bins = Bins::of(experiment, &part);
+                self.workspace.each_left(problem, &model, experiment, &part, bins, &mut |left| {
+                    let (mut own, mut noise) = (*left.left, left.mean_square());
+                    for axis in (0..3).filter(|axis| !experiment.measures(*axis)) {
+                        (own[axis], noise[axis]) = ([0.0; 2], 0.0);
+                    }
+                    take(&BinLeft { record, bin, left: own, noise });
+                    bin += 1;
+                });
+            }
         }
         Ok(())
     }
@@ -96,23 +86,6 @@ impl Refinement {
         experiment: &Experiment<B>,
         record: usize,
     ) -> Option<Unexplained<B>> {
-        let site = experiment.site();
-        let model = match plant {
-            Some(plant) => plant.model(problem, site, record),
-            None => self.workspace.model(problem, coordinates, site, record),
-        };
-        Some(self.workspace.unexplained(problem, &model.ok()?, experiment))
-    }
-}
-
-impl Workspace {
-    fn unexplained<const B: usize>(
-        &mut self,
-        problem: &Problem<'_>,
-        model: &Model,
-        experiment: &Experiment<B>,
-    ) -> Unexplained<B> {
-        let (seam, _) = self.fit_seam(problem, model, Bins::of(experiment));
         let mut unexplained = Unexplained {
             first_bin: experiment.first_bin,
             length: experiment.length(),
@@ -121,33 +94,68 @@ impl Workspace {
             response: Vec::new(),
         };
         let Unexplained { residual, noise, response, .. } = &mut unexplained;
+        for part in experiment.parts() {
+            let model = self.model_of(problem, coordinates, plant, &part, record).ok()?;
+            let bins = Bins::without_lines(experiment, &part);
+            self.workspace.each_left(problem, &model, experiment, &part, bins, &mut |bin| {
+                // There is room: the experiment has as many bins.
+                let _ = response.push(bin.response() as f32);
+                let mean_square = bin.mean_square();
+                for axis in 0..3 {
+                    // Nothing is left along an axis that is not measured.
+                    if !experiment.measures(axis) {
+                        let _ = residual.re[axis].push(0.0);
+                        let _ = residual.im[axis].push(0.0);
+                        let _ = noise[axis].push(1.0);
+                        continue;
+                    }
+                    let _ = residual.re[axis].push(bin.left[axis][0] as f32);
+                    let _ = residual.im[axis].push(bin.left[axis][1] as f32);
+                    let _ = noise[axis].push(mean_square[axis] as f32);
+                }
+            });
+        }
+        Some(unexplained)
+    }
+
+    /// The model in a part of a record of this number, at some coordinates, or where a plant stands, if there is one.
+    pub(super) fn model_of(
+        &self,
+        problem: &Problem<'_>,
+        coordinates: &Coordinates,
+        plant: Option<&Plant>,
+        part: &Part<'_>,
+        record: usize,
+    ) -> Result<Model, LinearisationError> {
+        match plant {
+            Some(plant) => plant.model(problem, part.site, record),
+            None => self.workspace.model(problem, coordinates, part.site, record),
+        }
+    }
+}
+
+impl Workspace {
+    /// Calls `take` with what a model leaves in each of the `bins` of a part of an experiment, with the seam that fits the part best.
+    pub(super) fn each_left<const B: usize>(
+        &mut self,
+        problem: &Problem<'_>,
+        model: &Model,
+        experiment: &Experiment<B>,
+        part: &Part<'_>,
+        bins: Bins<'_>,
+        take: Take<'_>,
+    ) {
+        let (seam, _) = self.fit_seam(problem, model, Bins::of(experiment, part));
         let assembly = Assembly {
             model,
-            record: Bins::without_lines(experiment),
+            record: bins,
             equations: Equations::All(&seam),
             sought: problem.sought,
             further: (),
             normal: &mut self.record,
             level: problem.level,
         };
-        run(assembly, &mut |bin| {
-            // There is room: the experiment has as many bins.
-            let _ = response.push(bin.response() as f32);
-            let mean_square = bin.mean_square();
-            for axis in 0..3 {
-                // Nothing is left along an axis that is not measured.
-                if !experiment.measures(axis) {
-                    let _ = residual.re[axis].push(0.0);
-                    let _ = residual.im[axis].push(0.0);
-                    let _ = noise[axis].push(1.0);
-                    continue;
-                }
-                let _ = residual.re[axis].push(bin.left[axis][0] as f32);
-                let _ = residual.im[axis].push(bin.left[axis][1] as f32);
-                let _ = noise[axis].push(mean_square[axis] as f32);
-            }
-        });
-        unexplained
+        run(assembly, take);
     }
 }
 
@@ -186,7 +194,7 @@ type Take<'a> = &'a mut dyn FnMut(&LeftInBin<'_>);
 
 /// [`Left::run`], compiled once: not again for each number of bins, in each crate.
 #[inline(never)]
-pub(super) fn run(assembly: Assembly<'_, (), COLUMNS, OF_RECORD>, take: Take<'_>) {
+fn run(assembly: Assembly<'_, (), COLUMNS, OF_RECORD>, take: Take<'_>) {
     f64::dispatch(assembly.level, Left { assembly, take });
 }
 

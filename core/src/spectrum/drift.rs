@@ -6,24 +6,29 @@
 //! −F(t ȧ) = A − 2πik F(u a)          t ȧ = (t a)˙ − a
 //! ```
 //!
-//! but for a constant: the record is periodic, and t a jumps at its seam. A fit takes such a constant for a part of the seam.
+//! but for a constant: the record is periodic, and t a jumps at its seam. A fit takes such a constant for a part of the seam. Bin k of one
+//! of P parts has the frequency kP/T, while u goes on from part to part.
 
 use core::f32::consts::TAU;
+use core::ops::Range;
 
 use super::Spectrum;
 
-/// Derivative of the spectrum of three signals. `spectrum` and `by_time`, which is `F(u a)`, have the bins from number `first_bin` on.
+/// Derivative of the spectrum of three signals. `spectrum` and `by_time`, which is `F(u a)`, have the bins of the `band` in each of so many
+/// `parts`.
 pub(super) fn of<const B: usize>(
     spectrum: &Spectrum<B>,
     by_time: &Spectrum<B>,
-    first_bin: usize,
+    band: &Range<usize>,
+    parts: usize,
 ) -> Spectrum<B> {
     let mut drift = Spectrum::EMPTY;
     for axis in 0..3 {
         let by_time = by_time.re[axis].iter().zip(&by_time.im[axis]);
         let own = spectrum.re[axis].iter().zip(&spectrum.im[axis]);
-        for (bin, ((re, im), (timed_re, timed_im))) in (first_bin..).zip(own.zip(by_time)) {
-            let turn = TAU * bin as f32;
+        let bins = band.clone().cycle();
+        for (bin, ((re, im), (timed_re, timed_im))) in bins.zip(own.zip(by_time)) {
+            let turn = TAU * (parts * bin) as f32;
             // As many as the spectrum has.
             let _ = drift.re[axis].push(re + turn * timed_im);
             let _ = drift.im[axis].push(im - turn * timed_re);
@@ -91,7 +96,7 @@ mod tests {
                 transformed(&reading(STEP, axis), axis, &mut late);
                 transformed(&reading(-STEP, axis), axis, &mut early);
             }
-            let found = of(&plain, &timed, FIRST);
+            let found = of(&plain, &timed, &(FIRST..FIRST + BINS), 1);
             for axis in 0..3 {
                 let [mut apart, mut all] = [0.0; 2];
                 let parts = [[&found.re, &late.re, &early.re], [&found.im, &late.im, &early.im]];

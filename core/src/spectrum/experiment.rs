@@ -3,18 +3,18 @@
 use core::f64::consts::TAU;
 
 use heapless::Vec;
-use nalgebra::Vector3;
 
 use super::cut_noise::CutNoise;
 use super::measurement::Measurement;
+use super::part::{self, Part, Pose};
 use super::signals::{MIN_BINS, Spectrum, SpectrumError};
+use super::site::Site;
 use super::thinned::ThinnedSpectra;
 use super::tone::{MAX_TONES, Tone};
 use super::{drift, fft};
-use crate::MAX_JOINTS;
 use crate::chain::Chain;
 use crate::noise::NoiseShape;
-use crate::stream::Record;
+use crate::stream::{MAX_PARTS, Record};
 
 /// A record is of no use if its force power in the band is at most this many times that of the noise. The fit weighs its estimate
 /// of the force as if no noise were left in it.
@@ -25,39 +25,27 @@ fn is_absent(signal: &[f32], noise: f32) -> bool {
     noise == f32::INFINITY && signal.iter().all(|value| *value == 0.0)
 }
 
-/// Where a force acts: the pose of the robot, and the point of its tool.
-#[derive(Clone, Copy, Debug)]
-pub struct Site<'a> {
-    /// Joint angles, rad (m).
-    pub pose: &'a [f64],
-    /// Point at which the force acts, from the TCP, TCP axes, m.
-    pub point: Vector3<f64>,
-}
-
-impl<'a> Site<'a> {
-    /// The TCP at a pose, rad (m).
-    pub fn tcp(pose: &'a [f64]) -> Self {
-        Self { pose, point: Vector3::zeros() }
-    }
-}
-
 /// A record in the frequency domain, with its pose and its noise.
 #[derive(Clone, Debug)]
 pub struct Experiment<const B: usize> {
-    /// Joint angles, rad (m).
-    pub pose: Vec<f64, MAX_JOINTS>,
+    /// Mean joint angles, rad (m).
+    pub pose: Pose,
+    /// Joint angles of each [part](Experiment::parts), rad (m). There is at least one.
+    pub path: Vec<Pose, MAX_PARTS>,
+    /// Number of parts into which the record was divided, with those that are left out.
+    pub divided: usize,
     /// Point at which the force acts, from the TCP, TCP axes, m.
     pub point: [f64; 3],
-    /// Fundamental frequency 2π/T, rad/s: the spacing of the bins.
+    /// Fundamental frequency 2π/T of a part of length T, rad/s: the spacing of its bins.
     pub spacing: f64,
-    /// Bin number of the first bin.
+    /// Bin number of the first bin of each part. The spectra have all bins of a part, and then those of the next.
     pub first_bin: usize,
     /// DFT of the force times the sample period, along the force sensor's axes, Ns.
     pub force: Spectrum<B>,
     /// DFT of the acceleration times the sample period, along the accelerometer's axes, m/s.
     pub acceleration: Spectrum<B>,
     /// Derivative of [`Experiment::acceleration`] by the growth of its delay (s/s), which is zero at the start of the record, but for a
-    /// constant; in the same bins and axes, m/s.
+    /// constant in each part; in the same bins and axes, m/s.
     pub drift: Spectrum<B>,
     /// Mean square of the noise in each bin of the force, per axis, (Ns)².
     pub force_noise: [Vec<f32, B>; 3],
@@ -90,8 +78,13 @@ impl<const B: usize> Experiment<B> {
         if !(fft::MIN_SAMPLES..=fft::MAX_SAMPLES).contains(&samples) || !samples.is_power_of_two() {
             return Err(SpectrumError::Length(samples));
         }
-        if record.pose.len() != chain.driven() {
-            return Err(SpectrumError::Pose(record.pose.len()));
+        let path = record.path.iter().map(|stage| &stage.pose);
+        let poses = core::iter::once(&record.pose).chain(path);
+        if let Some(other) = poses.clone().find(|pose| pose.len() != chain.driven()) {
+            return Err(SpectrumError::Pose(other.len()));
+        }
+        if !record.path.is_empty() && !record.path.len().is_power_of_two() {
+            return Err(SpectrumError::Length(samples / record.path.len()));
         }
         let signals = || record.force.iter().chain(&record.acceleration);
         if let Some(other) = signals().find(|signal| signal.len() != samples) {
@@ -101,32 +94,43 @@ impl<const B: usize> Experiment<B> {
         let measured = axes.filter(|(signal, noise)| !is_absent(signal, **noise));
         let noise = record.force_noise.iter().chain(measured.map(|(_, noise)| noise));
         if signals().flatten().chain(noise).any(|value| !value.is_finite())
-            || record.pose.iter().chain(&record.point).any(|value| !value.is_finite())
+            || poses.flatten().chain(&record.point).any(|value| !value.is_finite())
         {
             return Err(SpectrumError::NotFinite);
         }
         let period = 1.0 / record.rate_hz;
-        let spacing = TAU * record.rate_hz / samples as f64;
-        let hz_per_bin = record.rate_hz / samples as f64;
-        let first_bin = libm::ceil(measurement.band_hz[0] / hz_per_bin).max(1.0) as usize;
-        let last_bin =
-            (libm::floor(measurement.band_hz[1] / hz_per_bin) as usize).min(samples / 2 - 1);
-        let bins = (last_bin + 1).saturating_sub(first_bin);
-        if !(MIN_BINS..=B).contains(&bins) {
+        let whole = measurement.bins(record.rate_hz, samples);
+        if !(MIN_BINS..=B).contains(&whole.len()) {
+            return Err(SpectrumError::Bins(whole.len()));
+        }
+        let stages = part::stages(record, whole.len());
+        let divided = stages.len();
+        let even = || stages.iter().filter(|stage| stage.is_even);
+        let path: Vec<Pose, MAX_PARTS> = even().map(|stage| stage.pose.clone()).collect();
+        if path.is_empty() {
+            return Err(SpectrumError::Uneven);
+        }
+        let length = samples / divided;
+        let spacing = TAU * record.rate_hz / length as f64;
+        let band = measurement.bins(record.rate_hz, length);
+        let bins = path.len() * band.len();
+        if bins > B {
             return Err(SpectrumError::Bins(bins));
         }
-        let band = first_bin..last_bin + 1;
         let mut plain = |signals: &[Vec<f32, N>; 3], weight: fn(f32) -> f32| {
             let mut spectrum = Spectrum::EMPTY;
             for (axis, signal) in signals.iter().enumerate() {
                 for (n, (weighted, value)) in buffer.iter_mut().zip(signal).enumerate() {
                     *weighted = value * weight(n as f32 / samples as f32);
                 }
-                let transformed = fft::real_transform(&mut buffer[..samples])
-                    .ok_or(SpectrumError::Length(samples))?;
-                for bin in &transformed[band.clone()] {
-                    let _ = spectrum.re[axis].push(bin.re * period as f32);
-                    let _ = spectrum.im[axis].push(bin.im * period as f32);
+                let parts = buffer[..samples].chunks_exact_mut(length).zip(&stages);
+                for (part, _) in parts.filter(|(_, stage)| stage.is_even) {
+                    let transformed =
+                        fft::real_transform(part).ok_or(SpectrumError::Length(samples))?;
+                    for bin in &transformed[band.clone()] {
+                        let _ = spectrum.re[axis].push(bin.re * period as f32);
+                        let _ = spectrum.im[axis].push(bin.im * period as f32);
+                    }
                 }
             }
             Ok(spectrum)
@@ -141,12 +145,13 @@ impl<const B: usize> Experiment<B> {
         let mean_square = |deviation: [f32; 3], shapes: &[NoiseShape; 3], density: Density| {
             core::array::from_fn(|axis| {
                 let white = f64::from(deviation[axis]) * f64::from(deviation[axis]);
-                let white = (white * samples as f64 * period * period) as f32;
-                let frequency = |bin: usize| bin as f32 / samples as f32;
-                let density = |bin| density(&shapes[axis], frequency(bin), samples);
+                let white = (white * length as f64 * period * period) as f32;
+                let frequency = |bin: usize| bin as f32 / length as f32;
+                let density = |bin| density(&shapes[axis], frequency(bin), length);
                 let mean_square =
                     |bin| if white.is_finite() { white * density(bin) } else { white };
-                band.clone().map(mean_square).collect::<Vec<f32, B>>()
+                let of_part: Vec<f32, B> = band.clone().map(mean_square).collect();
+                of_part.iter().cycle().take(bins).copied().collect::<Vec<f32, B>>()
             })
         };
         let force_noise: [Vec<f32, B>; 3] =
@@ -167,13 +172,15 @@ impl<const B: usize> Experiment<B> {
         if force.power() <= LEAST_FORCE * noise {
             return Err(SpectrumError::NoForce);
         }
-        let drift = drift::of(&acceleration, &by_time, first_bin);
-        let thinned = ThinnedSpectra::new(record, band, buffer)?;
+        let drift = drift::of(&acceleration, &by_time, &band, divided);
+        let thinned = ThinnedSpectra::new(record, whole, buffer)?;
         Ok(Self {
             pose: record.pose.clone(),
+            path,
+            divided,
             point: record.point,
             spacing,
-            first_bin,
+            first_bin: band.start,
             force,
             acceleration,
             drift,
@@ -186,12 +193,32 @@ impl<const B: usize> Experiment<B> {
         })
     }
 
-    /// Number of bins.
+    /// The parts of the record, as they follow each other: one where the robot stands.
+    pub fn parts<'a>(&'a self) -> impl Iterator<Item = Part<'a>> {
+        let (bins, point) = (self.bins_of_part(), self.point.into());
+        let part = move |(part, pose): (usize, &'a Pose)| Part {
+            site: Site { pose, point },
+            bins: part * bins..(part + 1) * bins,
+        };
+        self.path.iter().enumerate().map(part)
+    }
+
+    /// Returns whether the record has one part, with all of its samples.
+    pub(crate) fn is_whole(&self) -> bool {
+        self.divided == 1
+    }
+
+    /// Number of bins of each part.
+    pub(crate) fn bins_of_part(&self) -> usize {
+        self.bins() / self.path.len()
+    }
+
+    /// Number of bins of all parts.
     pub fn bins(&self) -> usize {
         self.force.re[0].len()
     }
 
-    /// Where the force acts.
+    /// Where the force acts in the mean pose.
     pub fn site(&self) -> Site<'_> {
         Site { pose: &self.pose, point: self.point.into() }
     }
@@ -206,23 +233,28 @@ impl<const B: usize> Experiment<B> {
         (0..3).filter(|axis| self.measures(*axis)).count()
     }
 
-    /// Number of real residuals of one out of `every` bin.
+    /// Number of real residuals of one out of `every` bin of each part.
     pub fn residuals(&self, every: usize) -> usize {
-        2 * self.measured_axes() * self.bins().div_ceil(every)
+        2 * self.measured_axes() * self.path.len() * self.bins_of_part().div_ceil(every)
     }
 
     /// Root mean square of the force over the record in the band, all axes together, N.
     pub fn rms_force(&self) -> f64 {
-        libm::sqrt(2.0 * self.force.power()) / self.length()
+        libm::sqrt(2.0 * self.force.power() / self.path.len() as f64) / self.length()
     }
 
-    /// Length of the record, s.
+    /// Length of a part, s.
     pub(crate) fn length(&self) -> f64 {
         TAU / self.spacing
     }
 
+    /// Length of the record, with parts that are left out, s.
+    pub fn duration(&self) -> f64 {
+        self.divided as f64 * self.length()
+    }
+
     /// Angular frequency of a bin, rad/s.
     pub fn omega(&self, bin: usize) -> f64 {
-        (self.first_bin + bin) as f64 * self.spacing
+        (self.first_bin + bin % self.bins_of_part()) as f64 * self.spacing
     }
 }

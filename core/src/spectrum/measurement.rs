@@ -1,5 +1,7 @@
 //! How records were measured.
 
+use core::ops::Range;
+
 use nalgebra::Vector3;
 
 use crate::calibration::Calibration;
@@ -28,6 +30,14 @@ impl Measurement {
     /// Returns whether gravity shows in the accelerometer's reading as it turns.
     pub(crate) fn feels_gravity(&self) -> bool {
         self.accelerometer.feels(&self.gravity())
+    }
+
+    /// Numbers of the bins of so many samples that lie in the band, from 1 on.
+    pub(super) fn bins(&self, rate_hz: f64, samples: usize) -> Range<usize> {
+        let hz_per_bin = rate_hz / samples as f64;
+        let first = libm::ceil(self.band_hz[0] / hz_per_bin).max(1.0) as usize;
+        let last = (libm::floor(self.band_hz[1] / hz_per_bin) as usize).min(samples / 2 - 1);
+        first..(last + 1).max(first)
     }
 
     /// The sensors with the errors in `calibration`, and a force at this point.

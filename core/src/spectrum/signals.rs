@@ -37,7 +37,7 @@ impl<const B: usize> Spectrum<B> {
 /// Why a record has no spectrum.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SpectrumError {
-    /// Its length is not a power of two from 256 to 32,768, or one of its signals has another length.
+    /// Its length, or that of its parts, is not a power of two from 256 to 32,768, or one of its signals has another length.
     Length(usize),
     /// The band holds this many bins; a spectrum has at least 8, and at most as many as the capacity.
     Bins(usize),
@@ -47,6 +47,8 @@ pub enum SpectrumError {
     NotFinite,
     /// The force in the band is hardly more than its noise.
     NoForce,
+    /// The robot moves evenly in no part of the record.
+    Uneven,
 }
 
 impl fmt::Display for SpectrumError {
@@ -75,6 +77,9 @@ impl fmt::Display for SpectrumError {
             Self::NoForce => {
                 f.write_str("the record's force in the band is hardly above its noise: cut harder")
             }
+            Self::Uneven => f.write_str(
+                "the robot starts, stops or turns in all of the record: keep the feed even for longer",
+            ),
         }
     }
 }

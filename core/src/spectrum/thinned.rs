@@ -6,6 +6,7 @@ use core::ops::Range;
 use heapless::Vec;
 
 use super::fft;
+use super::part::{self, Pose};
 use super::signals::{Spectrum, SpectrumError};
 use crate::stream::Record;
 
@@ -21,6 +22,10 @@ const GROUP: usize = 16;
 /// begins shortly before the cut.
 #[derive(Clone, Debug)]
 pub struct ThinnedSpectra<const B: usize> {
+    /// Joint angles where the weight of the record is, rad (m).
+    pub pose: Pose,
+    /// Bin number of the first bin in the spectrum of the whole record.
+    pub first_bin: usize,
     /// Real part of the complex frequencies, 1/s: 20/T of a record of length T that starts at rest, else 0.
     pub alpha: f32,
     /// Imaginary parts of the complex frequencies, rad/s.
@@ -80,7 +85,9 @@ impl<const B: usize> ThinnedSpectra<B> {
         while omega.len() % GROUP != 0 {
             let _ = omega.push(last);
         }
-        Ok(Self { alpha: alpha as f32, omega, force, acceleration, bins: thinned })
+        let pose = pose(record, onset);
+        let (alpha, first_bin) = (alpha as f32, band.start);
+        Ok(Self { pose, first_bin, alpha, omega, force, acceleration, bins: thinned })
     }
 
     /// Part of a record's noise power that is left on the line: `(1 − e^(−2αT)) / (2αT)` under the weight `e^(−αt)`, 3/8 under
@@ -106,6 +113,20 @@ fn weight(signal: &[f32], onset: usize, alpha: f64, weighted: &mut [f32]) {
         *weighted = (value - offset) * factor as f32;
         factor *= decay;
     }
+}
+
+/// Joint angles where the weight `e^(−α(n−o))` from the onset o on, or Hann's window, has its mean.
+fn pose<const N: usize>(record: &Record<N>, onset: usize) -> Pose {
+    let (samples, parts) = (record.force[0].len(), record.path.len());
+    if parts < 2 {
+        return record.pose.clone();
+    }
+    if !record.starts_at_rest {
+        return part::mean(&record.path[parts / 2 - 1..=parts / 2]);
+    }
+    let mean = onset as f64 + samples as f64 / DECAY;
+    // The weight has its mean before the last part.
+    record.path[(mean / samples as f64 * parts as f64) as usize].pose.clone()
 }
 
 /// Sample at which a record that starts at rest is taken to leave it: shortly before a sensor shows more than its noise. The weight
@@ -163,6 +184,7 @@ mod tests {
         Record {
             start_s: 0.0,
             pose: Default::default(),
+            path: Default::default(),
             rate_hz: RATE_HZ,
             has_doubtful_rate: false,
             force: signal(onset, 1.0),

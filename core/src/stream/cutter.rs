@@ -9,10 +9,6 @@ use super::setup::Setup;
 use super::stretch::Stretch;
 use super::{Record, StreamConfig, StreamHealth, bridge, noise};
 use crate::noise::NoiseShape;
-use crate::spectrum::fft::MIN_SAMPLES;
-
-/// A record is no shorter than a full one divided by this.
-const SHORTEST: usize = 8;
 
 /// Cuts records out of the stretch.
 pub(super) struct Cutter<'a, const N: usize> {
@@ -44,12 +40,18 @@ impl<const N: usize> Cutter<'_, N> {
                 health.samples_discarded += let_go as u64;
                 if self.stretch.newest_missing() > bridge::MAX_GAP {
                     let known = self.stretch.len() - self.stretch.newest_missing();
-                    let standing = self.stretch.standing_at_end(self.config).min(known);
+                    let standing = self.stretch.usable_at_end(self.config).min(known);
                     self.end(standing, health, sink);
                     return self.stretch.clear_samples();
                 }
+                if self.stretch.feeds
+                    && let Some(samples) = self.stretch.fed(self.config)
+                {
+                    return self.emit(samples, health, sink);
+                }
                 // The end of a record may lie in a movement that only the next angle shows.
-                let standing = self.stretch.standing(self.config);
+                let standing =
+                    if self.stretch.feeds { 0 } else { self.stretch.standing(self.config) };
                 if !self.stretch.overflows() {
                     if standing >= full {
                         self.emit(full, health, sink);
@@ -61,7 +63,7 @@ impl<const N: usize> Cutter<'_, N> {
                 }
             }
             Aligned::Gap(missing) => {
-                self.end(self.stretch.standing_at_end(self.config), health, sink);
+                self.end(self.stretch.usable_at_end(self.config), health, sink);
                 self.stretch.clear_samples();
                 match missing {
                     Some(instants) => self.clock.miss(instants),
@@ -69,7 +71,7 @@ impl<const N: usize> Cutter<'_, N> {
                 }
             }
             Aligned::Restart => {
-                self.end(self.stretch.standing_at_end(self.config), health, sink);
+                self.end(self.stretch.usable_at_end(self.config), health, sink);
                 self.stretch.clear();
                 self.clock.end_run();
             }
@@ -89,7 +91,7 @@ impl<const N: usize> Cutter<'_, N> {
         if self.stretch.pose.unknown(self.config.joints).is_some() || !self.stretch.cutting {
             (standing, rest) = (0, self.stretch.len());
         }
-        let least = (full / SHORTEST).max(MIN_SAMPLES);
+        let least = Stretch::<N>::least(self.config);
         let is_unconfirmed = !self.stretch.pose.is_in_doubt() && rest >= least;
         health.without_pose += u64::from(self.stretch.cutting && is_unconfirmed);
         // One or two samples that were lost at the very end can be bridged too.
@@ -101,12 +103,23 @@ impl<const N: usize> Cutter<'_, N> {
             }
             standing = full;
         }
-        while standing >= least && self.stretch.cutting {
-            let samples = full.min(1 << standing.ilog2());
-            self.emit(samples, health, sink);
-            standing -= samples;
-        }
+        standing = self.divide(standing, health, sink);
         health.samples_discarded += (standing + rest) as u64;
+    }
+
+    /// Makes records of the first `samples`, as long as something is cut in what is left. Returns how many are left of these.
+    pub(super) fn divide(
+        &mut self,
+        mut samples: usize,
+        health: &mut StreamHealth,
+        sink: &mut impl FnMut(&Record<N>),
+    ) -> usize {
+        while samples >= Stretch::<N>::least(self.config) && self.stretch.cutting {
+            let of_record = self.config.record_samples.min(1 << samples.ilog2());
+            self.emit(of_record, health, sink);
+            samples -= of_record;
+        }
+        samples
     }
 
     /// Makes a record of the oldest `samples`, bridged, with its noise.
@@ -134,7 +147,7 @@ impl<const N: usize> Cutter<'_, N> {
         record.rate_hz = rate.rate_hz;
         record.has_doubtful_rate = rate.is_doubtful;
         record.start_s = stretch.start_s;
-        record.pose = stretch.pose.mean(config.joints);
+        let is_known = stretch.write_poses(samples, config, record);
         let signals = stretch.force.iter().chain(&stretch.acceleration);
         let copies = record.force.iter_mut().chain(&mut record.acceleration);
         for (signal, copy) in signals.zip(copies) {
@@ -143,6 +156,10 @@ impl<const N: usize> Cutter<'_, N> {
         }
         stretch.discard(samples, config.rate_hz);
         stretch.look_for_cut(config);
+        if !is_known {
+            health.samples_discarded += samples as u64;
+            return;
+        }
         let is_lost = |value: &&f32| value.is_nan();
         let lost = [&record.force[0], &record.acceleration[0]]
             .map(|signal| signal.iter().filter(is_lost).count());

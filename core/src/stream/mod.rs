@@ -1,8 +1,9 @@
 //! From readings as they come off the bus to records: aligned by counter, gaps bridged, cut at a static pose.
 //!
 //! A record starts up to a second before the cut, so that the noise can be read from it. The configuration gives its length. If the
-//! robot moves, the sensor starts anew or a gap is too long to be bridged, the samples so far become records whose lengths are
-//! powers of two.
+//! robot leaves its pose, the sensor starts anew or a gap is too long to be bridged, the samples so far become records whose lengths are
+//! powers of two. A robot that leaves its pose before they are long enough feeds: its record goes on, and says where the robot was in each
+//! of its parts.
 
 mod align;
 mod bridge;
@@ -18,6 +19,7 @@ mod sender;
 mod setup;
 mod spikes;
 mod stretch;
+mod track;
 
 use heapless::Vec;
 
@@ -32,7 +34,7 @@ pub use health::{AngleHealth, StreamHealth};
 pub use invalid::{Invalid, Validity};
 use pose::Doubt;
 pub use pose::STATIC;
-pub use record::Record;
+pub use record::{MAX_PARTS, Record, Stage};
 pub use sender::CYCLE_S;
 pub use setup::Setup;
 pub use spikes::SPIKE_CONTEXT;
@@ -110,6 +112,7 @@ impl<const N: usize> Stream<N> {
             record: Record {
                 start_s: 0.0,
                 pose: Vec::new(),
+                path: Vec::new(),
                 rate_hz: config.rate_hz,
                 has_doubtful_rate: false,
                 force: [const { Vec::new() }; 3],
@@ -153,6 +156,9 @@ impl<const N: usize> Stream<N> {
             && let Some((joint, doubt)) = self.stretch.pose.moved(time_s)
         {
             self.moved(joint, &doubt, &mut sink);
+        }
+        if self.stretch.rests_again(&self.config) {
+            self.come_to_rest(&mut sink);
         }
         let (channel, counter, value) = match reading {
             Reading::Force { counter, value } => (Channel::Force, counter, value),
@@ -257,7 +263,9 @@ impl<const N: usize> Stream<N> {
             return;
         }
         let (samples, signal) = (self.stretch.came(), self.config.angles[joint]);
-        if let Some(wrong) = self.stretch.pose.read(joint, angle, time_s, samples, &signal) {
+        let spacing = self.config.record_samples / (2 * MAX_PARTS);
+        let pose = &mut self.stretch.pose;
+        if let Some(wrong) = pose.read(joint, angle, time_s, samples, &signal, spacing) {
             let health = &mut self.health.angles[joint];
             health.wrong += u64::from(wrong.readings);
             health.wrong_value = wrong.place.first;
@@ -266,10 +274,26 @@ impl<const N: usize> Stream<N> {
         self.health.angles[joint].step = if step > STATIC { step } else { 0.0 };
     }
 
+    /// Makes records of the samples up to where a robot that has fed has come to rest.
+    fn come_to_rest(&mut self, sink: &mut impl FnMut(&Record<N>)) {
+        let Some(since) = self.stretch.pose.rests_since(self.config.joints) else { return };
+        let kept = self.stretch.len().saturating_sub(since);
+        let is_cut = self.stretch.cutting && self.stretch.cut_from < since;
+        let (_, health, mut cutter) = self.split();
+        let left = if is_cut { cutter.divide(since, health, sink) } else { since };
+        health.samples_discarded += left as u64;
+        self.stretch.keep(kept, &self.config);
+    }
+
     /// Ends the stretch where a joint has left the pose. The samples since all joints are where they were read last begin another
     /// stretch.
     fn moved(&mut self, joint: usize, doubt: &Doubt, sink: &mut impl FnMut(&Record<N>)) {
-        let standing = self.stretch.standing(&self.config);
+        let has_fed = self.stretch.feeds;
+        let standing = if has_fed { doubt.since } else { self.stretch.standing(&self.config) };
+        if self.stretch.feeds_from(standing, joint, &self.config) {
+            return self.stretch.pose.settle(joint);
+        }
+        self.stretch.feeds = has_fed;
         let is_short = (1..self.config.record_samples).contains(&standing);
         if self.stretch.cutting && is_short && !self.stretch.has_given_full {
             let health = &mut self.health.angles[joint];

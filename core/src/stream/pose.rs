@@ -7,12 +7,20 @@ use heapless::Vec;
 
 use super::clock::SET_BACK_S;
 use super::config::AngleSignal;
+use super::record::{MAX_PARTS, Stage};
 use super::sender::{CYCLE_S, Rest, Sender};
+use super::track::Track;
 use crate::MAX_JOINTS;
 
 /// Largest movement of a joint within one pose, rad or m, where its signal has smaller steps. A pose wrong by 1e-3 rad biases
 /// stiffnesses by 1 %.
 pub const STATIC: f64 = 5e-4;
+
+/// Change of a rate within a part of a record, in the largest rate of a joint in the record, from which on the robot does not move evenly. Chosen: a
+/// straight line changes rates within a part by half its movement, 0.005; a start, a stop and a corner by the rate itself.
+const UNEVEN: f64 = 0.02;
+/// Steps of the signal by which the rates of the halves of a part may differ, in its length. Each of three readings is off by half a step: `2 · 4 · ½`.
+const STEPS: f64 = 4.0;
 
 /// Readings of one place: each lies within [`STATIC`] of the first, or all lie within one step of the signal.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -55,7 +63,7 @@ pub(super) struct Doubt {
     /// Arrival of the first of all, s.
     since_s: f64,
     /// Samples of the stretch during which the joint is known to have stood still before.
-    since: usize,
+    pub(super) since: usize,
 }
 
 /// Joint angles over a stretch.
@@ -64,10 +72,13 @@ pub(super) struct Pose {
     angles: [Angle; MAX_JOINTS],
 }
 
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Debug, Default)]
 struct Angle {
     sender: Sender,
+    track: Track,
     place: Place,
+    /// Samples of the stretch when the joint was first read at the place.
+    since: usize,
     /// Sum of the readings' distances from the first.
     sum: f64,
     readings: u32,
@@ -78,10 +89,20 @@ struct Angle {
 }
 
 impl Angle {
-    /// Takes the first reading at a place.
-    fn begin(&mut self, place: Place, samples: usize) {
-        let sender = self.sender;
-        *self = Self { sender, place, readings: 1, confirmed: Some(samples), ..Self::default() };
+    /// Takes the first readings at a place, the first and the newest when the stretch had so many samples.
+    fn begin(&mut self, place: Place, [since, confirmed]: [usize; 2]) {
+        let (sender, track) = (self.sender, core::mem::take(&mut self.track));
+        let confirmed = Some(confirmed);
+        *self = Self { sender, track, place, since, readings: 1, confirmed, ..Self::default() };
+    }
+
+    /// Samples, of so many, up to which the track is known; `notice` is [`NOTICE_S`](super::sender::NOTICE_S) in samples.
+    fn known(&self, samples: usize, notice: usize) -> usize {
+        let read = self.doubt.map(|doubt| doubt.confirmed).max(self.confirmed).unwrap_or(0);
+        match self.sender.is_cyclic() || self.readings == 0 {
+            true => read,
+            false => read.max(samples.saturating_sub(notice)),
+        }
     }
 
     /// Samples, of so many, during which the joint is known to have stood still; `notice` is [`NOTICE_S`](super::sender::NOTICE_S) in samples.
@@ -104,14 +125,18 @@ impl Pose {
         time_s: f64,
         samples: usize,
         signal: &AngleSignal,
+        spacing: usize,
     ) -> Option<Doubt> {
         let known = &mut self.angles[joint];
+        // Whole turns of a joint that turns are none.
+        let before = known.track.newest().unwrap_or(angle);
+        known.track.read(samples, before + signal.difference(angle, before), spacing);
         // A sender whose silence proves nothing may turn out to be one on change only now.
         let standing = known.standing(samples, 0);
         let before_s = known.sender.newest.map_or(time_s, |(_, before_s)| before_s);
         known.sender.note(angle, time_s, signal);
         if known.readings == 0 {
-            known.begin(Place::new(angle), samples);
+            known.begin(Place::new(angle), [samples; 2]);
             return None;
         }
         let step = signal.resolution.max(known.sender.step());
@@ -168,7 +193,7 @@ impl Pose {
     pub(super) fn settle(&mut self, joint: usize) {
         let angle = &mut self.angles[joint];
         if let Some(doubt) = angle.doubt {
-            angle.begin(doubt.place, doubt.confirmed);
+            angle.begin(doubt.place, [doubt.samples, doubt.confirmed]);
         }
     }
 
@@ -219,6 +244,73 @@ impl Pose {
         self.angles[..joints].iter().map(standing).min().unwrap_or(0)
     }
 
+    /// Number of the oldest `samples` over which every joint's [`Track`] is known; `notice` is [`NOTICE_S`](super::sender::NOTICE_S) in samples.
+    pub(super) fn known(&self, joints: usize, samples: usize, notice: usize) -> usize {
+        let known = |angle: &Angle| angle.known(samples, notice);
+        self.angles[..joints].iter().map(known).min().unwrap_or(0)
+    }
+
+    /// Samples of the stretch when the last joint came to rest where it is. `None` while a reading is away from the pose.
+    pub(super) fn rests_since(&self, joints: usize) -> Option<usize> {
+        let since = self.angles[..joints].iter().map(|angle| angle.since).max();
+        since.filter(|_| !self.is_in_doubt())
+    }
+
+    /// Largest movement of a joint in any of so many equal parts of the oldest `samples`, rad (m).
+    pub(super) fn moves(&self, joints: usize, samples: usize, parts: usize) -> f64 {
+        let length = samples as f64 / parts as f64;
+        let of_part = |angle: &Angle, part: usize| {
+            angle.track.extent([part as f64 * length, (part + 1) as f64 * length])
+        };
+        let all = self.angles[..joints].iter();
+        all.flat_map(|angle| (0..parts).map(move |part| of_part(angle, part))).fold(0.0, f64::max)
+    }
+
+    /// Returns whether a joint has moved farther than `most` between two readings after sample `from` of the stretch, or within `samples` from then
+    /// to the newest, rad (m).
+    pub(super) fn leaps(
+        &self,
+        joint: usize,
+        [from, to]: [usize; 2],
+        samples: usize,
+        most: f64,
+    ) -> bool {
+        let Angle { track, .. } = &self.angles[joint];
+        let mut starts = (from..to).step_by(samples);
+        let is_fast = |start: usize| track.extent([start as f64, (start + samples) as f64]) > most;
+        track.step_after(from) > most || starts.any(is_fast)
+    }
+
+    /// Stages in so many equal parts of the oldest `samples`.
+    pub(super) fn path(
+        &self,
+        joints: usize,
+        samples: usize,
+        parts: usize,
+        signals: &[AngleSignal; MAX_JOINTS],
+    ) -> Vec<Stage, MAX_PARTS> {
+        let length = samples as f64 / parts as f64;
+        let ends = |part: usize| [part as f64 * length, (part + 1) as f64 * length];
+        let angles = &self.angles[..joints];
+        let rates = |part| angles.iter().map(move |angle| angle.track.rates(ends(part)));
+        let fastest =
+            (0..parts).flat_map(rates).flatten().fold(0.0, |most, own| own.abs().max(most));
+        let is_even = |part| {
+            rates(part).zip(angles).zip(signals).all(|((rates, angle), signal)| {
+                let step = signal.resolution.max(angle.sender.step());
+                let [before, after] = rates;
+                (after - before).abs() <= UNEVEN * fastest + STEPS * step / length
+            })
+        };
+        // A ramp of the feed ends in the part beside it.
+        let beside = |part: usize| part.saturating_sub(1)..(part + 2).min(parts);
+        let stage = |part| Stage {
+            pose: angles.iter().map(|angle| angle.track.mean(ends(part))).collect(),
+            is_even: beside(part).all(is_even),
+        };
+        (0..parts).map(stage).collect()
+    }
+
     /// Mean angles.
     pub(super) fn mean(&self, joints: usize) -> Vec<f64, MAX_JOINTS> {
         let mean = |angle: &Angle| angle.place.first + angle.sum / f64::from(angle.readings.max(1));
@@ -229,6 +321,8 @@ impl Pose {
     pub(super) fn discard(&mut self, samples: usize) {
         for angle in &mut self.angles {
             angle.confirmed = angle.confirmed.map(|confirmed| confirmed.saturating_sub(samples));
+            angle.since = angle.since.saturating_sub(samples);
+            angle.track.discard(samples);
             if let Some(doubt) = &mut angle.doubt {
                 doubt.samples = doubt.samples.saturating_sub(samples);
                 doubt.confirmed = doubt.confirmed.saturating_sub(samples);
@@ -240,7 +334,10 @@ impl Pose {
     /// Takes note of a gap in the stretch: all its samples are gone, and the angle of a cyclic sender must come again.
     pub(super) fn interrupt(&mut self) {
         self.discard(usize::MAX);
-        self.angles.iter_mut().for_each(|angle| angle.confirmed = None);
+        for angle in &mut self.angles {
+            angle.confirmed = None;
+            angle.track.restart();
+        }
     }
 
     /// Begins another stretch. The angle of a cyclic sender must come again, that of any other sender holds. A forgotten angle
@@ -250,7 +347,8 @@ impl Pose {
             let sender = angle.sender;
             *angle = Angle { sender, ..Angle::default() };
             if let Some((newest, _)) = sender.newest.filter(|_| !sender.is_cyclic()) {
-                angle.begin(Place::new(newest), 0);
+                angle.track.read(0, newest, 1);
+                angle.begin(Place::new(newest), [0; 2]);
             }
         }
     }

@@ -1,4 +1,4 @@
-//! One stretch of force and acceleration at one static pose.
+//! One stretch of force and acceleration.
 
 use heapless::Vec;
 
@@ -6,14 +6,29 @@ use super::noise;
 use crate::MAX_JOINTS;
 use crate::noise::NoiseShape;
 
-/// One stretch of force and acceleration at one static pose, without holes.
+/// Most parts of a record. Chosen: of 4.1 s each lasts 0.13 s.
+pub const MAX_PARTS: usize = 32;
+
+/// A part of a record along a path.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Stage {
+    /// Mean joint angles, rad (m).
+    pub pose: Vec<f64, MAX_JOINTS>,
+    /// True if the robot moves evenly. If it does not, its drives shake it, which no sensor of force sees.
+    pub is_even: bool,
+}
+
+/// One stretch of force and acceleration, without holes.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Record<const N: usize> {
     /// Time of the first sample, on the clock of the readings, s.
     pub start_s: f64,
-    /// Joint angles, rad (m).
+    /// Mean joint angles, rad (m).
     pub pose: Vec<f64, MAX_JOINTS>,
+    /// Where the robot is in each of as many equal parts of the record, a power of two; empty where it stands.
+    #[cfg_attr(feature = "serde", serde(skip))]
+    pub path: Vec<Stage, MAX_PARTS>,
     /// Sampling rate, Hz. It is the mean of the measured and the configured rate, weighted by their variances, where the two agree.
     /// Where they do not, it is the measured rate if that is known to 50 ppm, else the configured rate.
     pub rate_hz: f64,

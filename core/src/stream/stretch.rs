@@ -1,12 +1,14 @@
-//! Samples in a row at one static pose, from which records are cut.
+//! Samples in a row, at one static pose or along a path, from which records are cut.
 
 use heapless::Vec;
 
-use super::StreamConfig;
 use super::align::Instant;
 use super::noise::{self, BLOCK};
 use super::pose::Pose;
+use super::record::MAX_PARTS;
 use super::sender::NOTICE_S;
+use super::{Record, StreamConfig};
+use crate::spectrum::fft::MIN_SAMPLES;
 
 /// A block is part of the cut if the variance of its force is more than this many times that of the quietest blocks in a row. Noise
 /// of 1500 blocks (49 s at 2 kHz) reaches 1.6 ± 0.1 if it is white, 2.9 ± 0.4 behind a filter of eighth order at a tenth of the
@@ -29,6 +31,17 @@ const MEMORY: u32 = 1024;
 const BEFORE_CUT_S: f64 = 1.0;
 /// The time before the cut is at most the length of a full record, divided by this.
 const BEFORE_CUT_PART: usize = 4;
+/// A record is no shorter than a full one divided by this.
+const SHORTEST: usize = 8;
+/// Largest movement of a joint within a part of a record, rad (m). Chosen: half of it changes the frequency of a mode by about 0.5 % (a part of
+/// 0.005 of it per rad), half of what its damping ratio of 1 % makes its half-width; half as much costs information at 50 mm/s.
+const WITHIN_PART: f64 = 0.01;
+/// A movement farther than this between two readings, or in the shortest part of a record, is no feed, rad (m). Chosen: three times what a part may
+/// move; a robot of 1 m reach feeds no faster than 230 mm/s.
+const LEAP: f64 = 3.0 * WITHIN_PART;
+/// Largest movement of a joint within a record, rad (m): the search takes one pose for all of it. Chosen: modes change by a tenth of their frequency,
+/// as much as the search's line is wide at 20 Hz.
+const WITHIN_RECORD: f64 = 0.2;
 /// A full stretch waits for the next joint angle for its length divided by this.
 const PATIENCE: usize = 8;
 
@@ -44,8 +57,12 @@ pub(super) struct Stretch<const N: usize> {
     beyond: usize,
     /// True if the cut has begun; before it only the newest samples are kept.
     pub(super) cutting: bool,
+    /// Samples before the cut.
+    pub(super) cut_from: usize,
     /// True if a full record has come out of the stretch.
     pub(super) has_given_full: bool,
+    /// True if the robot feeds: it has left its pose before that stood for a record.
+    pub(super) feeds: bool,
     range: Range,
     /// True if a reading has changed since the sensor started.
     has_started: bool,
@@ -122,7 +139,9 @@ impl<const N: usize> Stretch<N> {
             pose: Pose::default(),
             beyond: 0,
             cutting: false,
+            cut_from: 0,
             has_given_full: false,
+            feeds: false,
             range: Range::new(),
             has_started: false,
         }
@@ -165,7 +184,9 @@ impl<const N: usize> Stretch<N> {
         }
         let newest = self.len() - BLOCK;
         self.note(newest);
-        self.cutting = self.cutting || self.is_cut(newest, config);
+        if !self.cutting && self.is_cut(newest, config) {
+            (self.cutting, self.cut_from) = (true, newest);
+        }
         if self.cutting {
             return 0;
         }
@@ -182,7 +203,9 @@ impl<const N: usize> Stretch<N> {
     /// Decides anew whether something is cut in the samples that are left, after the oldest have gone.
     pub(super) fn look_for_cut(&mut self, config: &StreamConfig) {
         let blocks = self.len() / BLOCK;
-        self.cutting = (0..blocks).any(|block| self.is_cut(block * BLOCK, config));
+        let first = (0..blocks).find(|block| self.is_cut(block * BLOCK, config));
+        self.cutting = first.is_some();
+        self.cut_from = first.unwrap_or(0) * BLOCK;
     }
 
     /// Takes note of the variance of the block from `first` on. A sensor that gives the same reading throughout has noise of less
@@ -229,11 +252,64 @@ impl<const N: usize> Stretch<N> {
         self.pose.standing(config.joints, self.came(), Self::notice(config)).min(self.len())
     }
 
-    /// Number of samples of [`standing`](Self::standing) where the stretch ends.
-    pub(super) fn standing_at_end(&self, config: &StreamConfig) -> usize {
+    /// Number of the oldest samples at known poses where the stretch ends.
+    pub(super) fn usable_at_end(&self, config: &StreamConfig) -> usize {
         let (came, notice) = (self.came(), Self::notice(config));
+        if self.feeds {
+            return self.pose.known(config.joints, came, notice).min(self.len());
+        }
         let standing = self.pose.standing_at_end(config.joints, came, notice, config.rate_hz);
         standing.min(self.len())
+    }
+
+    /// Least samples of a record.
+    pub(super) fn least(config: &StreamConfig) -> usize {
+        (config.record_samples / SHORTEST).max(MIN_SAMPLES)
+    }
+
+    /// Takes note that a joint has left the pose after so many samples. Returns whether the robot feeds: it has not stood for a record of the
+    /// cut, and does not leap.
+    pub(super) fn feeds_from(
+        &mut self,
+        standing: usize,
+        joint: usize,
+        config: &StreamConfig,
+    ) -> bool {
+        let is_known = self.pose.unknown(config.joints).is_none() && !self.overflows();
+        let has_record = self.cutting && standing >= Self::least(config).max(self.cut_from);
+        let may_feed = self.feeds || is_known && !has_record;
+        let moving = [standing, self.came()];
+        self.feeds = may_feed && !self.pose.leaps(joint, moving, MIN_SAMPLES, LEAP);
+        self.feeds
+    }
+
+    /// Returns whether a robot that has fed has stood for a record again.
+    pub(super) fn rests_again(&self, config: &StreamConfig) -> bool {
+        let since = if self.feeds { self.pose.rests_since(config.joints) } else { None };
+        since.is_some_and(|since| since + Self::least(config) <= self.came())
+    }
+
+    /// Samples of the record along the path that is complete, if there is one.
+    pub(super) fn fed(&self, config: &StreamConfig) -> Option<usize> {
+        let known = self.pose.known(config.joints, self.came(), Self::notice(config));
+        let known = known.min(self.len());
+        if known >= config.record_samples {
+            return Some(config.record_samples);
+        }
+        let is_far = self.len().is_multiple_of(BLOCK)
+            && known >= Self::least(config)
+            && self.pose.moves(config.joints, known, 1) > WITHIN_RECORD;
+        is_far.then(|| 1 << known.ilog2())
+    }
+
+    /// Number of equal parts of the oldest `samples` in each of which no joint moves by more than [`WITHIN_PART`], as far as parts may be short.
+    pub(super) fn parts(&self, samples: usize, config: &StreamConfig) -> usize {
+        let most = (samples / MIN_SAMPLES).min(MAX_PARTS);
+        let mut parts = 1;
+        while 2 * parts <= most && self.pose.moves(config.joints, samples, parts) > WITHIN_PART {
+            parts *= 2;
+        }
+        parts
     }
 
     /// Samples until an angle that is sent on change would have come. They end before a full stretch is overdue.
@@ -246,6 +322,27 @@ impl<const N: usize> Stretch<N> {
         let missing =
             |signal: &[f32]| signal.iter().rev().take_while(|value| value.is_nan()).count();
         missing(&self.force[0]).max(missing(&self.acceleration[0]))
+    }
+
+    /// Writes where the robot was in the oldest `samples` into a record of them. Returns whether that is known: the robot did not leap.
+    pub(super) fn write_poses(
+        &self,
+        samples: usize,
+        config: &StreamConfig,
+        record: &mut Record<N>,
+    ) -> bool {
+        let path = |parts| self.pose.path(config.joints, samples, parts, &config.angles);
+        record.path.clear();
+        record.pose = match self.feeds {
+            false => self.pose.mean(config.joints),
+            true => path(1).swap_remove(0).pose,
+        };
+        if !self.feeds {
+            return true;
+        }
+        let parts = self.parts(samples, config);
+        record.path = path(parts);
+        self.pose.moves(config.joints, samples, parts) <= LEAP
     }
 
     /// Discards the oldest `count` samples.
@@ -266,7 +363,7 @@ impl<const N: usize> Stretch<N> {
         if kept == 0 {
             self.pose.interrupt();
         }
-        (self.has_given_full, self.has_started) = (false, false);
+        (self.has_given_full, self.feeds, self.has_started) = (false, false, false);
         self.look_for_cut(config);
     }
 
@@ -284,7 +381,7 @@ impl<const N: usize> Stretch<N> {
         }
         self.pose.interrupt();
         self.beyond = 0;
-        (self.has_given_full, self.cutting) = (false, false);
+        (self.has_given_full, self.feeds, self.cutting) = (false, false, false);
     }
 }
 

@@ -230,6 +230,7 @@ pub(crate) fn record(
     let mut record = Record {
         start_s: 0.0,
         pose: heapless::Vec::from_slice(pose).expect("a pose fits"),
+        path: heapless::Vec::new(),
         rate_hz: RATE,
         force: [const { heapless::Vec::new() }; 3],
         acceleration: [const { heapless::Vec::new() }; 3],

@@ -49,6 +49,8 @@ pub enum RecordFault {
     NotFinite,
     /// The force in the band is hardly larger than its noise.
     NoForce,
+    /// The robot starts, stops or turns in all parts of the record.
+    Uneven,
 }
 
 impl fmt::Display for Unused {
@@ -88,6 +90,9 @@ impl fmt::Display for RecordFault {
             Self::NotFinite => f.write_str("it has values that are not finite"),
             Self::NoForce => {
                 f.write_str("its force in the band is hardly above its noise: cut harder")
+            }
+            Self::Uneven => {
+                f.write_str("the robot starts, stops or turns in all of it: feed evenly")
             }
         }
     }

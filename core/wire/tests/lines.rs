@@ -325,6 +325,7 @@ fn every_kind_is_frozen() {
             RecordFault::Bins(3),
             RecordFault::NotFinite,
             RecordFault::NoForce,
+            RecordFault::Uneven,
         ],
     );
     let consistency = 2.125;

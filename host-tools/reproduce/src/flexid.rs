@@ -61,6 +61,7 @@ fn record(trial: &Trial, sampling: &Sampling, rng: &mut impl Rng) -> Box<Record<
     Box::new(Record {
         start_s: 0.0,
         pose: trial.pose.iter().copied().collect(),
+        path: Default::default(),
         rate_hz: sampling.rate_hz,
         force: noisy(&trial.response.force, force),
         acceleration: noisy(&trial.response.acceleration, acceleration),

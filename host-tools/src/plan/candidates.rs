@@ -209,6 +209,7 @@ impl Candidates<'_> {
         Box::new(Record {
             start_s: 0.0,
             pose: self.config.model.driven().map(|_| 0.0).collect(),
+            path: Default::default(),
             rate_hz: sampling.rate_hz,
             force: [0, 1, 2].map(along),
             acceleration: [0, 1, 2].map(|_| std::iter::repeat_n(0.0, samples).collect()),

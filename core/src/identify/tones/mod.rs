@@ -56,12 +56,16 @@ pub(super) fn subtract<const B: usize>(experiments: &mut [Experiment<B>], shown:
     changed
 }
 
-/// Peaks that may be tones in what a model leaves of one record, its tones put back, of all records' `bins`. They are subtracted.
+/// Peaks that may be tones in what a model leaves of one record, its tones put back, of all records' `bins`. They are subtracted. In short parts
+/// a tone has no shape.
 pub(super) fn candidates<const B: usize>(
     experiment: &Experiment<B>,
     left: &mut Unexplained<B>,
     bins: usize,
 ) -> Vec<Candidate, MAX_TONES> {
+    if !experiment.is_whole() {
+        return Vec::new();
+    }
     experiment.tones.iter().for_each(|tone| left.add(tone, 1.0));
     candidates::of(left, 3 * bins)
 }

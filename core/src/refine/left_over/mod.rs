@@ -14,11 +14,6 @@ use core::f64::consts::TAU;
 use heapless::Vec;
 
 use super::batch::Bins;
-use super::equations::{Assembly, Equations};
-use super::model::Model;
-use super::record::Workspace;
-use super::sizes::{COLUMNS, OF_RECORD};
-use super::unexplained;
 use super::{Plant, Problem, Refinement};
 use crate::search::MAX_EXPERIMENTS;
 use crate::sought::Coordinates;
@@ -103,45 +98,24 @@ impl Refinement {
     ) -> Vec<LeftOver, MAX_LEFT_OVER> {
         let mut margins = Margins::new(problem.measurement.band_hz);
         for (record, experiment) in experiments.iter().enumerate().take(MAX_EXPERIMENTS) {
-            let model = match plant {
-                Some(plant) => plant.model(problem, experiment.site(), record),
-                None => self.workspace.model(problem, coordinates, experiment.site(), record),
-            };
-            let Ok(model) = model else { return Vec::new() };
-            self.workspace.add_left_over(problem, &model, experiment, &mut margins);
+            let is_whole = experiment.is_whole();
+            margins.begin(OfRecord::new(&experiment.pose, experiment.rms_force()), is_whole);
+            let mut index = 0;
+            for part in experiment.parts() {
+                let model = self.model_of(problem, coordinates, plant, &part, record);
+                let Ok(model) = model else { return Vec::new() };
+                let bins = Bins::of(experiment, &part);
+                self.workspace.each_left(problem, &model, experiment, &part, bins, &mut |bin| {
+                    let white = bin.white().map(|value| [value.re, value.im]);
+                    margins.take(experiment.omega(index) / TAU, &white);
+                    index += 1;
+                });
+            }
         }
         let mut places = margins.left_over();
         let growth = plant.and_then(|plant| stiffening(&margins.records, &plant.found()));
         places.extend(growth.map(|[growth, deviation]| LeftOver::Stiffness { growth, deviation }));
         places
-    }
-}
-
-impl Workspace {
-    fn add_left_over<const B: usize>(
-        &mut self,
-        problem: &Problem<'_>,
-        model: &Model,
-        experiment: &Experiment<B>,
-        margins: &mut Margins,
-    ) {
-        let (seam, _) = self.fit_seam(problem, model, Bins::of(experiment));
-        let assembly: Assembly<'_, (), COLUMNS, OF_RECORD> = Assembly {
-            model,
-            record: Bins::of(experiment),
-            equations: Equations::All(&seam),
-            sought: problem.sought,
-            further: (),
-            normal: &mut self.record,
-            level: problem.level,
-        };
-        margins.begin(OfRecord::new(&experiment.pose, experiment.rms_force()));
-        let mut index = 0;
-        unexplained::run(assembly, &mut |bin| {
-            let white = bin.white().map(|value| [value.re, value.im]);
-            margins.take(experiment.omega(index) / TAU, &white);
-            index += 1;
-        });
     }
 }
 
@@ -153,6 +127,7 @@ struct Margins {
     directions: [Cell; 3],
     records: Vec<OfRecord, MAX_EXPERIMENTS>,
     time: InTime,
+    is_whole: bool,
 }
 
 impl Margins {
@@ -167,12 +142,14 @@ impl Margins {
             directions: [Cell::default(); 3],
             records: Vec::new(),
             time: InTime::default(),
+            is_whole: true,
         }
     }
 
-    /// Begins the next record.
-    fn begin(&mut self, record: OfRecord) {
+    /// Begins the next record. One that is not whole, but has parts, says nothing of time.
+    fn begin(&mut self, record: OfRecord, is_whole: bool) {
         self.time.begin();
+        self.is_whole = is_whole;
         // There is room for every record.
         let _ = self.records.push(record);
     }
@@ -195,7 +172,9 @@ impl Margins {
                 record.left.add(square);
             }
         }
-        self.time.take(white);
+        if self.is_whole {
+            self.time.take(white);
+        }
     }
 
     fn left_over(&self) -> Vec<LeftOver, MAX_LEFT_OVER> {

@@ -27,7 +27,7 @@ fn margins(seed: u64, shape: impl Fn(usize, usize, usize) -> f64) -> Margins {
     let mut noise = Noise(Xoshiro256PlusPlus::seed_from_u64(seed));
     let mut margins = Margins::new([2.0, 202.0]);
     for record in 0..RECORDS {
-        margins.begin(OfRecord::new(&[record as f64], 100.0));
+        margins.begin(OfRecord::new(&[record as f64], 100.0), true);
         for bin in 0..BINS {
             let white = core::array::from_fn(|axis| {
                 noise.next().map(|part| part * shape(record, bin, axis))
@@ -99,7 +99,7 @@ fn a_part_of_the_records_is_named() {
         let mut noise = Noise(Xoshiro256PlusPlus::seed_from_u64(7));
         let mut margins = Margins::new([2.0, 202.0]);
         for record in 0..RECORDS {
-            margins.begin(OfRecord::new(&[record as f64], 100.0));
+            margins.begin(OfRecord::new(&[record as f64], 100.0), true);
             let samples: std::vec::Vec<[[f64; 2]; 3]> =
                 (0..BINS / 8).map(|_| [0; 3].map(|_| noise.next())).collect();
             for bin in 0..BINS {

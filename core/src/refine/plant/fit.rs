@@ -15,7 +15,6 @@ use super::domain::{PlantDomain, Point};
 use super::factors::Restated;
 use super::objective::PlantSumOfSquares;
 use super::retired::RetiredOfPlant;
-use crate::chain::linearise::LinearisationError;
 use crate::imperfection::{self, Correction, MAX_IMPERFECTIONS};
 use crate::linear::normal::Normal;
 use crate::sought::{Coordinates, MAX_UNKNOWNS};
@@ -100,21 +99,6 @@ impl Refinement {
             summary,
         };
         (domain, objective, minimiser, point)
-    }
-
-    /// Assembles the normal equations of a record, of this number, where the plant stands, its seam eliminated.
-    pub(super) fn assemble_on_plant<const B: usize>(
-        &mut self,
-        problem: &Problem<'_>,
-        experiment: &Experiment<B>,
-        record: usize,
-        plant: &mut Plant,
-    ) -> Result<(), LinearisationError> {
-        let none: &[Experiment<B>] = &[];
-        let (_, mut objective, _, point) = self.minimisation(problem, none, plant);
-        // Those that are there may be of a trial step.
-        objective.workspace.seams.clear();
-        objective.assemble(point, record, experiment).map(|_| ())
     }
 
     /// Tries one step over unknowns and imperfections, by Levenberg and Marquardt's method. The refinement stays where it is. Where the
@@ -217,7 +201,7 @@ impl Refinement {
             // The minimum from which the fit has begun has been compared with them.
             contradiction: 0.0,
         };
-        let fit = self.fit_of(problem, experiments, Ok(assembled));
+        let fit = self.fit_of(problem, experiments, Some(plant), Ok(assembled));
         Some((fit, Remaining { step: of_unknowns, gain }))
     }
 }

@@ -1,12 +1,11 @@
 //! The information about unknowns and imperfections together.
 
 use super::super::Refinement;
-use super::super::batch::Bins;
-use super::super::equations::Equations;
+use super::super::basis::{Asked, Basis};
 use super::super::problem::Problem;
 use super::super::sizes::OF_ALL;
 use super::Plant;
-use super::objective::eliminate_seam;
+use super::objective::PlantSumOfSquares;
 use crate::chain::linearise::LinearisationError;
 use crate::imperfection::Imperfection;
 use crate::linear::normal::Normal;
@@ -44,15 +43,6 @@ impl PlantInformation<'_> {
     }
 }
 
-/// Known part of an experiment.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Basis {
-    /// It has been done.
-    Measured,
-    /// Its force is planned. Its acceleration is the modelled one, at a seam of zero.
-    Planned,
-}
-
 impl Refinement {
     /// Fisher information of an experiment at the present parameters of a robot without imperfections. Its seam is projected out, and the
     /// imperfections of a single record are, with their priors. Without the other priors.
@@ -68,21 +58,42 @@ impl Refinement {
     ) -> Result<PlantInformation<'p>, LinearisationError> {
         // Imperfections of a single record differ from those of a second one.
         self.restart_plant(plant, 2);
-        let none: &[Experiment<B>] = &[];
-        let (_, mut objective, _, point) = self.minimisation(problem, none, plant);
-        objective.workspace.seams.clear();
-        let (model, fitted) = objective.prepare(point, OWN, experiment)?;
-        let bins = Bins::of(experiment);
-        let seam = match basis {
-            Basis::Measured => fitted,
-            Basis::Planned => objective.workspace.planned_seam(problem, &model, bins),
-        };
-        let equations = Equations::Planned(&seam);
-        objective.assemble_equations(&model, Bins::of(experiment), equations);
-        eliminate_seam(problem, &seam, objective.record);
-        let point = plant.point;
-        plant.eliminate_own(problem, &point, OWN);
+        let asked = Asked::Information(basis);
+        self.assemble_on_plant(problem, experiment, OWN, plant, asked)?;
         Ok(PlantInformation { normal: &plant.factor, imperfections: &plant.imperfections.all })
+    }
+
+    /// Assembles the equations of a record, of this number, where the plant stands. Its seam and the imperfections of the record alone are
+    /// eliminated. What is left is in the `factor` of the plant.
+    pub(super) fn assemble_on_plant<const B: usize>(
+        &mut self,
+        problem: &Problem<'_>,
+        experiment: &Experiment<B>,
+        record: usize,
+        plant: &mut Plant,
+        asked: Asked,
+    ) -> Result<(), LinearisationError> {
+        let Plant { imperfections, point, summary, factor, relative_error, every, .. } = plant;
+        factor.reset(imperfections.all.len() + problem.sought.unknowns());
+        let mut objective = PlantSumOfSquares::<B> {
+            problem,
+            experiments: &[],
+            retired: None,
+            workspace: &mut self.workspace,
+            imperfections,
+            record: &mut plant.record,
+            relative_error: *relative_error,
+            every: *every,
+            summary,
+        };
+        objective.add_record(point, record, experiment, asked, factor)?;
+        for (index, (imperfection, _)) in imperfections.all.iter().enumerate() {
+            if imperfection.is_of_record(record) {
+                factor.add_prior(index, point.imperfections[index]);
+                factor.eliminate_one(index);
+            }
+        }
+        Ok(())
     }
 
     /// Fisher information of the static tests of a problem at the same parameters.

@@ -21,7 +21,7 @@ use super::super::sizes::ALL;
 use super::super::{Problem, Refinement};
 use super::Plant;
 use super::domain::PlantDomain;
-use super::objective::{PlantSumOfSquares, eliminate_seam};
+use super::objective::{PartOf, PlantSumOfSquares, eliminate_seam};
 use crate::sought::MAX_UNKNOWNS;
 use crate::spectrum::Experiment;
 
@@ -86,16 +86,22 @@ impl Refinement {
         for pose in poses {
             let is_of_pose = |&(index, _): &(usize, _)| first_of_pose(experiments, index) == pose;
             let records = || experiments.iter().enumerate().filter(is_of_pose);
-            let is_alone = records().count() == 1;
+            let parts = || {
+                records().flat_map(|(record, experiment)| {
+                    let place = move |part| PartOf { experiment, part, record, seam: 0 };
+                    experiment.parts().map(place)
+                })
+            };
+            let is_alone = parts().count() == 1;
             let mut prepared = None;
             for band in 0..bands {
                 factor.clone_from(&minimiser.normal);
-                for (index, experiment) in records() {
-                    let bins = Bins::of(experiment);
-                    // There is memory for the equations of one whole record: those of several are assembled again for each band.
+                for place in parts() {
+                    let bins = Bins::of(place.experiment, &place.part);
+                    // There is memory for the equations of one whole part: those of several are assembled again for each band.
                     if prepared.is_none() || !is_alone {
-                        let (model, seam) = objective.prepare(point, index, experiment).ok()?;
-                        objective.assemble_bins(&model, &seam, Bins::of(experiment));
+                        let (model, seam) = objective.prepare(point, &place).ok()?;
+                        objective.assemble_bins(&model, &seam, bins.some(0..bins.bins()));
                         whole.clone_from(objective.record);
                         prepared = Some((model, seam));
                     }
@@ -104,8 +110,15 @@ impl Refinement {
                     eliminate_seam(problem, seam, objective.record);
                     factor.subtract_complement(objective.record, seam_unknowns);
                     let edge = |band: usize| bins.bins() * band / bands;
-                    objective.assemble_bins(model, seam, bins.part(edge(band)..edge(band + 1)));
-                    objective.record.take_from(whole);
+                    let left_out = edge(band)..edge(band + 1);
+                    // A short part may have no bin in a band.
+                    match left_out.is_empty() {
+                        true => objective.record.clone_from(whole),
+                        false => {
+                            objective.assemble_bins(model, seam, bins.some(left_out));
+                            objective.record.take_from(whole);
+                        }
+                    }
                     eliminate_seam(problem, seam, objective.record);
                     factor.add_complement(objective.record, seam_unknowns);
                 }

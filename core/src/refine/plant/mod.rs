@@ -62,7 +62,7 @@ use columns::Imperfections;
 pub use diagnosis::{Explanation, MAX_EXPLANATIONS, MAX_RIVALS};
 use domain::Point;
 use factors::Restated;
-pub use information::{Basis, PlantInformation};
+pub use information::PlantInformation;
 pub use mechanics::Mechanics;
 pub use places::Places;
 pub use retire::RetiredRecords;

@@ -1,5 +1,6 @@
 //! The sum of squares over unknowns and imperfections.
 
+use super::super::basis::Asked;
 use super::super::batch::Bins;
 use super::super::equations::{Assembly, Equations};
 use super::super::model::Model;
@@ -24,7 +25,17 @@ use crate::chain::linearise::LinearisationError;
 use crate::imperfection::Imperfection;
 use crate::linear::normal::Normal;
 use crate::parameters::Bushings;
-use crate::spectrum::{Experiment, Site};
+use crate::spectrum::{Experiment, Part, Site};
+
+/// A part of a record.
+pub(super) struct PartOf<'a, const B: usize> {
+    pub(super) experiment: &'a Experiment<B>,
+    pub(super) part: Part<'a>,
+    /// Number of the record.
+    pub(super) record: usize,
+    /// Number of the part among those of all records.
+    pub(super) seam: usize,
+}
 
 /// Sum of squares of records, imperfections, static tests, priors and retired records.
 pub(super) struct PlantSumOfSquares<'a, const B: usize> {
@@ -52,15 +63,16 @@ impl<const B: usize> Objective<Point, OF_ALL> for PlantSumOfSquares<'_, B> {
         let bushings = problem.sought.bushings(&point.coordinates);
         let mut sum_of_squares = 0.0;
         for (record, experiment) in experiments.iter().enumerate() {
-            let site = experiment.site();
-            let model = self.imperfections.model(problem, point, &bushings, site, record);
-            let Ok(mut model) = model else { return f64::INFINITY };
-            model.relative_error = self.relative_error;
-            let (seam, remaining) =
-                workspace.fit_seam(problem, &model, Bins::thinned(experiment, self.every));
-            // A seam for which there is no room is fitted again.
-            let _ = workspace.seams.push(seam);
-            sum_of_squares += remaining;
+            for part in experiment.parts() {
+                let model = self.imperfections.model(problem, point, &bushings, part.site, record);
+                let Ok(mut model) = model else { return f64::INFINITY };
+                model.relative_error = self.relative_error;
+                let bins = Bins::thinned(experiment, &part, self.every);
+                let (seam, remaining) = workspace.fit_seam(problem, &model, bins);
+                // A seam for which there is no room is fitted again.
+                let _ = workspace.seams.push(seam);
+                sum_of_squares += remaining;
+            }
         }
         let count = self.imperfections.all.len();
         sum_of_squares
@@ -77,10 +89,15 @@ impl<const B: usize> Objective<Point, OF_ALL> for PlantSumOfSquares<'_, B> {
         let unknowns = self.problem.sought.unknowns();
         normal.reset(count + unknowns);
         *self.summary = Summary::default();
-        for (index, experiment) in self.experiments.iter().enumerate() {
-            let residuals = self.assemble(point, index, experiment)?;
-            self.summary.push(&residuals);
-            normal.add_complement(self.record, self.problem.seam_unknowns());
+        let mut seams = 0..;
+        for (record, experiment) in self.experiments.iter().enumerate() {
+            let mut residuals = Residuals::default();
+            for (part, seam) in experiment.parts().zip(&mut seams) {
+                let place = PartOf { experiment, part, record, seam };
+                residuals.add(&self.assemble(point, &place)?);
+                normal.add_complement(self.record, self.problem.seam_unknowns());
+            }
+            self.summary.push(&residuals, experiment.is_whole());
         }
         for (index, value) in point.imperfections[..count].iter().enumerate() {
             normal.add_prior(index, *value);
@@ -107,37 +124,64 @@ impl<const B: usize> PlantSumOfSquares<'_, B> {
         self.retired.map_or(0.0, |own| own.sum_of_squares(sought, point, &self.imperfections.all))
     }
 
-    /// Assembles the normal equations of a record, its seam eliminated.
-    pub(super) fn assemble(
+    /// Assembles the normal equations of a part of a record, its seam eliminated.
+    fn assemble(
         &mut self,
         point: &Point,
-        index: usize,
-        experiment: &Experiment<B>,
+        place: &PartOf<'_, B>,
     ) -> Result<Residuals, LinearisationError> {
-        let (model, seam) = self.prepare(point, index, experiment)?;
-        let residuals = self.assemble_bins(&model, &seam, Bins::thinned(experiment, self.every));
+        let (model, seam) = self.prepare(point, place)?;
+        let bins = Bins::thinned(place.experiment, &place.part, self.every);
+        let residuals = self.assemble_bins(&model, &seam, bins);
         eliminate_seam(self.problem, &seam, self.record);
         Ok(residuals)
     }
 
-    /// Model and seam of a record. Prepares the columns of the imperfections.
+    /// Adds the equations of a record of this number to `normal`, its seams eliminated.
+    pub(super) fn add_record(
+        &mut self,
+        point: &Point,
+        record: usize,
+        experiment: &Experiment<B>,
+        asked: Asked,
+        normal: &mut Normal<OF_ALL>,
+    ) -> Result<(), LinearisationError> {
+        for part in experiment.parts() {
+            let Self { problem, workspace, imperfections, .. } = self;
+            let mut model = prepare(problem, point, imperfections, part.site, record)?;
+            model.relative_error = self.relative_error;
+            let bins = || Bins::thinned(experiment, &part, self.every);
+            let seam = workspace.seam(problem, &model, bins(), asked.basis());
+            let equations = match asked {
+                Asked::Retirement => Equations::All(&seam),
+                Asked::Information(_) => Equations::Planned(&seam),
+            };
+            self.assemble_equations(&model, bins(), equations);
+            eliminate_seam(self.problem, &seam, self.record);
+            normal.add_complement(self.record, self.problem.seam_unknowns());
+        }
+        Ok(())
+    }
+
+    /// Model and seam of a part of a record. Prepares the columns of the imperfections.
     pub(super) fn prepare(
         &mut self,
         point: &Point,
-        index: usize,
-        experiment: &Experiment<B>,
+        place: &PartOf<'_, B>,
     ) -> Result<(Model, Seam), LinearisationError> {
+        let PartOf { experiment, part, record, seam } = place;
         let Self { problem, workspace, imperfections, .. } = self;
-        let mut model = prepare(problem, point, imperfections, experiment.site(), index)?;
+        let mut model = prepare(problem, point, imperfections, part.site, *record)?;
         model.relative_error = self.relative_error;
-        let seam = match workspace.seams.get(index) {
+        let bins = || Bins::thinned(experiment, part, self.every);
+        let seam = match workspace.seams.get(*seam) {
             Some(seam) => *seam,
-            None => workspace.fit_seam(problem, &model, Bins::thinned(experiment, self.every)).0,
+            None => workspace.fit_seam(problem, &model, bins()).0,
         };
         Ok((model, seam))
     }
 
-    /// Assembles the normal equations of some bins of a record, after [`PlantSumOfSquares::prepare`].
+    /// Assembles the normal equations of some bins of a part, after [`PlantSumOfSquares::prepare`].
     pub(super) fn assemble_bins(
         &mut self,
         model: &Model,
@@ -148,7 +192,7 @@ impl<const B: usize> PlantSumOfSquares<'_, B> {
     }
 
     /// Assembles as [`PlantSumOfSquares::assemble_bins`], these equations.
-    pub(super) fn assemble_equations(
+    fn assemble_equations(
         &mut self,
         model: &Model,
         bins: Bins<'_>,

@@ -3,6 +3,7 @@
 use heapless::Vec;
 
 use super::super::Refinement;
+use super::super::basis::Asked;
 use super::super::problem::Problem;
 use super::super::retired::RetiredInformation;
 use super::super::sizes::ALL;
@@ -44,10 +45,10 @@ impl Refinement {
         plant.count_all_bins();
         let standing = plant.point;
         plant.point = plant.expanded_at(problem.sought);
-        let assembled = self.assemble_on_plant(problem, experiment, record, plant);
+        let assembled =
+            self.assemble_on_plant(problem, experiment, record, plant, Asked::Retirement);
         let expanded = core::mem::replace(&mut plant.point, standing);
         assembled?;
-        plant.eliminate_own(problem, &expanded, record);
         let Plant { imperfections, factor, minimiser, retired, .. } = plant;
         minimiser.linearised = false;
         let Some(retired) = retired else { return Ok(()) };
@@ -87,20 +88,6 @@ impl Refinement {
 }
 
 impl Plant {
-    /// Eliminates the imperfections of record number `record` alone from its normal equations, taken at a point and without its seam. What is left is
-    /// in `factor`.
-    pub(super) fn eliminate_own(&mut self, problem: &Problem<'_>, point: &Point, record: usize) {
-        let Self { imperfections, record: of_record, factor, .. } = self;
-        factor.reset(imperfections.all.len() + problem.sought.unknowns());
-        factor.add_complement(of_record, problem.seam_unknowns());
-        for (index, (imperfection, _)) in imperfections.all.iter().enumerate() {
-            if imperfection.is_of_record(record) {
-                factor.add_prior(index, point.imperfections[index]);
-                factor.eliminate_one(index);
-            }
-        }
-    }
-
     /// Point about which the retired records are expanded: that where the plant stands, if there are none yet. The imperfections of records keep
     /// their values.
     // Inlined, its normal equations would take room on the stack of the caller.

@@ -352,7 +352,8 @@ fn the_jackknife_agrees_with_the_noise() {
             let experiment =
                 Experiment::<BINS>::new(&chain, &measurement, &record, &mut [0.0; SAMPLES]);
             let mut experiment = experiment.unwrap();
-            experiment.pose = pose.into_iter().collect();
+            experiment.path[0] = pose.into_iter().collect();
+            experiment.pose.clone_from(&experiment.path[0]);
             let model =
                 modelled::perfect(&problem, &sought.coordinates(&bushings()), Site::tcp(&pose))
                     .unwrap();

@@ -143,6 +143,7 @@ proptest! {
         sought.fix(Coordinate::Damping { joint: 1, dof: 2 }, 8e3).unwrap();
         let problem = problem(&chain, &measurement, &bounds, &sought);
         let coordinates = sought.coordinates(&bushings());
+        let only = experiment.parts().next().unwrap();
         let model = modelled::perfect(&problem, &coordinates, experiment.site()).unwrap();
         prop_assert!(has_plain_columns(&model.terms, &sought));
         let mut uniform = || f64::from(random.next_u32()) / f64::from(u32::MAX) - 0.5;
@@ -154,7 +155,7 @@ proptest! {
         let [mut rows, mut responses] = [(); 2].map(|()| std::boxed::Box::new(RecordNormal::new()));
         let assembly = |normal| Assembly::<_, COLUMNS, _> {
             model: &model,
-            record: Bins::thinned(&experiment, every),
+            record: Bins::thinned(&experiment, &only, every),
             equations,
             sought: &sought,
             further: (),

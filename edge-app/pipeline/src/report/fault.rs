@@ -33,5 +33,6 @@ pub(crate) fn without_spectrum(error: SpectrumError) -> RecordFault {
         SpectrumError::Pose(angles) => RecordFault::Pose(angles as u64),
         SpectrumError::NotFinite => RecordFault::NotFinite,
         SpectrumError::NoForce => RecordFault::NoForce,
+        SpectrumError::Uneven => RecordFault::Uneven,
     }
 }

@@ -187,6 +187,7 @@ impl Reference {
         Ok(Record {
             start_s: 0.0,
             pose: pose.iter().copied().collect(),
+            path: Default::default(),
             rate_hz: sampling.rate_hz,
             force: [column(0), column(1), column(2)],
             acceleration: [column(3), column(4), column(5)],

@@ -199,6 +199,7 @@ mod tests {
         let mut record = Record::<SAMPLES> {
             start_s: 0.0,
             pose: [0.3].into_iter().collect(),
+            path: Default::default(),
             rate_hz: RATE_HZ,
             has_doubtful_rate: false,
             force: Default::default(),

@@ -53,6 +53,7 @@ impl<'a> Signals<'a> {
         Record {
             start_s: 0.0,
             pose: self.pose.iter().copied().collect(),
+            path: Default::default(),
             rate_hz: sampling.rate_hz,
             force: along(self.force),
             acceleration: along(self.acceleration),

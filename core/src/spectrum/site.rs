@@ -1,0 +1,19 @@
+//! Where a force acts.
+
+use nalgebra::Vector3;
+
+/// Where a force acts: the pose of the robot, and the point of its tool.
+#[derive(Clone, Copy, Debug)]
+pub struct Site<'a> {
+    /// Joint angles, rad (m).
+    pub pose: &'a [f64],
+    /// Point at which the force acts, from the TCP, TCP axes, m.
+    pub point: Vector3<f64>,
+}
+
+impl<'a> Site<'a> {
+    /// The TCP at a pose, rad (m).
+    pub fn tcp(pose: &'a [f64]) -> Self {
+        Self { pose, point: Vector3::zeros() }
+    }
+}
