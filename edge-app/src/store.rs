@@ -21,14 +21,14 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use flexid_pipeline::config::Fingerprint;
 use flexid_pipeline::input::open_regular;
-use flexid_pipeline::{Format7, State};
+use flexid_pipeline::{Format8, State};
 use tracing::{info, warn};
 
 const MAGIC: &[u8; 12] = b"flexid-state";
 /// Version of the format. It changes with every struct in a state but the fit, which has a version of its own.
-const VERSION: u32 = 8;
+const VERSION: u32 = 9;
 /// The version before, which is read and converted, so that an upgrade does not forget the robot.
-const BEFORE: u32 = 7;
+const BEFORE: u32 = 8;
 const HEADER: usize = MAGIC.len() + 4 + 4;
 /// Largest file that is read, bytes: twice what a state with the most records takes.
 const LARGEST: u64 = 128 << 20;
@@ -300,7 +300,7 @@ pub fn decode(bytes: &[u8]) -> Result<State, StateError> {
         return Err(StateError::Damaged);
     }
     let state = match version {
-        BEFORE => postcard::from_bytes::<Format7>(body).map(State::from),
+        BEFORE => postcard::from_bytes::<Format8>(body).map(State::from),
         _ => postcard::from_bytes(body),
     };
     state.ok().and_then(State::checked).ok_or(StateError::Damaged)

@@ -11,6 +11,7 @@ pub const MAX_PARTS: usize = 32;
 
 /// A part of a record along a path.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Stage {
     /// Mean joint angles, rad (m).
     pub pose: Vec<f64, MAX_JOINTS>,
@@ -26,7 +27,7 @@ pub struct Record<const N: usize> {
     pub start_s: f64,
     /// Mean joint angles, rad (m).
     pub pose: Vec<f64, MAX_JOINTS>,
-    /// Where the robot is in each of as many equal parts of the record, a power of two; empty where it stands.
+    /// Where the robot is in each of as many equal parts of the record, a power of two; empty where it stands. A state keeps it beside the record.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub path: Vec<Stage, MAX_PARTS>,
     /// Sampling rate, Hz. It is the mean of the measured and the configured rate, weighted by their variances, where the two agree.

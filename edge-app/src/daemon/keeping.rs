@@ -128,7 +128,7 @@ mod tests {
     #[test]
     fn a_write_that_failed_is_due_again() {
         let test = || {
-            let state = decode(include_bytes!("../../tests/pipeline/format8.state")).unwrap();
+            let state = decode(include_bytes!("../../tests/pipeline/format9.state")).unwrap();
             let file = std::path::Path::new("/no/such/folder/flexid.state");
             let (store, stop) = (Store::find(Some(file)).unwrap(), Stop::new());
             let mut keeping = Keeping::new(Some(&store), &stop);

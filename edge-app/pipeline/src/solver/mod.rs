@@ -42,7 +42,7 @@ pub use fitted::{FittedBin, FittedRecord};
 pub(crate) use repeats::{Fingerprint, Taken};
 use retention::{Entry, Room, find_room};
 pub use spectra::{Band, bands};
-pub use state::{Format7, State};
+pub use state::{Format8, State};
 use state::{MAX_WAITING, Retired, Settled};
 use work::Work;
 

@@ -30,29 +30,57 @@ pub struct State {
     #[serde(with = "sealed")]
     pub(super) settled: Option<Box<Settled>>,
     /// The records that the estimate rests on, in the order of the experiments.
+    #[serde(with = "with_path")]
     pub(super) kept: Vec<Arc<Record>>,
     /// Records that the estimate does not rest on yet, in the order in which they came.
+    #[serde(with = "with_path")]
     pub(super) waiting: Vec<Arc<Record>>,
 }
 
-/// A state as flexid wrote it before the fit had a version of its own. Its dampings are those at another frequency.
+/// A state as flexid wrote it before records had paths.
 #[derive(Deserialize)]
-pub struct Format7 {
+pub struct Format8 {
     fingerprint: Fingerprint,
     earlier: Earlier,
-    #[expect(dead_code, reason = "it stands before the records")]
-    settled: Option<Box<Settled7>>,
+    #[serde(deserialize_with = "sealed::deserialize")]
+    settled: Option<Box<Settled>>,
     kept: Vec<Arc<Record>>,
     waiting: Vec<Arc<Record>>,
 }
 
-/// The fit in that state: what [`Settled`] held then, in its order.
-type Settled7 = (Standing, Xoshiro256PlusPlus, u64, u64, Vec<u64>, Taken, u64, u64, Duration);
+impl From<Format8> for State {
+    fn from(before: Format8) -> Self {
+        let Format8 { fingerprint, earlier, settled, kept, waiting } = before;
+        Self { fingerprint, earlier, settled, kept, waiting }
+    }
+}
 
-impl From<Format7> for State {
-    fn from(before: Format7) -> Self {
-        let Format7 { fingerprint, earlier, kept, waiting, .. } = before;
-        Self { fingerprint, earlier, settled: None, kept, waiting }
+/// Records, each with its path.
+mod with_path {
+    use std::sync::Arc;
+
+    use flexid_core::stream::{MAX_PARTS, Stage};
+    use serde::{Deserialize as _, Deserializer, Serializer};
+
+    use crate::record::Record;
+
+    pub(super) fn serialize<S: Serializer>(
+        records: &[Arc<Record>],
+        serializer: S,
+    ) -> Result<S::Ok, S::Error> {
+        serializer.collect_seq(records.iter().map(|record| (record, &record.path)))
+    }
+
+    pub(super) fn deserialize<'de, D: Deserializer<'de>>(
+        deserializer: D,
+    ) -> Result<Vec<Arc<Record>>, D::Error> {
+        type Path = heapless::Vec<Stage, MAX_PARTS>;
+        let records: Vec<(Box<Record>, Path)> = Vec::deserialize(deserializer)?;
+        let with_path = |(mut record, path): (Box<Record>, Path)| {
+            record.path = path;
+            Arc::from(record)
+        };
+        Ok(records.into_iter().map(with_path).collect())
     }
 }
 
