@@ -1,12 +1,11 @@
-//! Joint frames that move as prescribed, against Lagrange's equations by differences of the energy, and against a robot whose drives are
-//! bushings that are pushed along.
+//! Joint frames that move as prescribed, against Lagrange's equations by differences of the energy, and against closed forms.
 
-use flexid_core::chain::Chain;
+use flexid_core::chain::{Chain, Joint, JointKind, Link};
 use flexid_core::motion::radau::Radau;
-use flexid_core::motion::travel::Travel;
+use flexid_core::motion::travel::{FrameMotion, Travel};
 use flexid_core::motion::{Coordinates, EquationOfMotion, State};
 use flexid_core::parameters::Bushing;
-use nalgebra::{DVector, Isometry3, Point3, Vector3};
+use nalgebra::{Complex, DVector, Isometry3, Matrix3, Point3, Vector3};
 
 use super::mechanics::poses;
 use crate::common::Random;
@@ -174,12 +173,12 @@ fn a_frame_on_a_frame_moves_as_the_poses_say() {
     const H: f64 = 1e-4;
     let [back, now, ahead] = [-H, 0.0, H].map(at);
     let to = now.pose.rotation.inverse();
-    let place = |frame: flexid_core::motion::travel::FrameMotion| frame.pose.translation.vector;
+    let place = |frame: FrameMotion| frame.pose.translation.vector;
     let velocity = to * (place(ahead) - place(back)) / (2.0 * H);
     let acceleration = to * (place(ahead) - 2.0 * place(now) + place(back)) / (H * H);
     let turned = ahead.pose.rotation * back.pose.rotation.inverse();
     let spin = to * turned.scaled_axis() / (2.0 * H);
-    let spin_of = |one: flexid_core::motion::travel::FrameMotion| one.pose.rotation * one.spin;
+    let spin_of = |one: FrameMotion| one.pose.rotation * one.spin;
     let spin_rate = to * (spin_of(ahead) - spin_of(back)) / (2.0 * H);
     for (found, expected) in [
         (now.velocity, velocity),
@@ -189,4 +188,78 @@ fn a_frame_on_a_frame_moves_as_the_poses_say() {
     ] {
         assert!(expected.norm() > 0.1 && (found - expected).norm() < 1e-5, "{found} {expected}");
     }
+}
+
+/// A mass on a spring of the same stiffness in all directions, the other end of which turns about the base with the spin Ω at the radius a.
+/// In the plane `W = (a + x + iy) e^(iΩt)` obeys `Ẅ = −κ (W − a e^(iΩt))` with κ = k/m:
+///
+/// ```text
+/// W = p e^(iΩt) + c e^(i√κ t) + d e^(−i√κ t)          p = a κ / (κ − Ω²)
+/// ```
+#[test]
+fn a_mass_on_a_turning_spring_moves_as_in_closed_form() {
+    const MASS: f64 = 3.0;
+    let (radius, spin, stiffness) = (0.8, 5.0, 600.0);
+    let link =
+        Link { mass: MASS, centre_of_mass: Vector3::zeros(), inertia: Matrix3::identity() * 0.1 };
+    let (origin, axis, kind) = (Isometry3::identity(), Vector3::z_axis(), JointKind::Revolute);
+    let joint = Joint { origin, axis, kind, link };
+    let chain = Chain::new(&[joint], Isometry3::identity()).unwrap();
+    let bushing = Bushing { stiffness: [stiffness; 6], damping: [0.0; 6] };
+    let at_rest = Coordinates::default();
+    let about =
+        EquationOfMotion::about(&chain, &[0.0], Vector3::zeros(), &[bushing], at_rest).unwrap();
+    let arm = Isometry3::translation(radius, 0.0, 0.0);
+    const STEP: f64 = 1e-3;
+    let mut robot = Radau::new(about, State::default(), STEP);
+    let natural = (stiffness / MASS).sqrt();
+    let carried = radius * natural * natural / (natural * natural - spin * spin);
+    // W = a and Ẇ = iΩa at the start.
+    let (sum, difference) = (radius - carried, spin * (radius - carried) / natural);
+    let (ahead, back) = (0.5 * (sum + difference), 0.5 * (sum - difference));
+    let mut most = 0.0_f64;
+    for step in 0..2000 {
+        let travel = |part: f64| {
+            let time = (f64::from(step) + part) * STEP;
+            let mut travel = Travel::default();
+            let frame = joint.frame_motion(spin * time, spin, 0.0);
+            travel.frames[0] = frame.between(&Isometry3::identity(), &arm);
+            travel
+        };
+        robot.step_along(travel, |_| Vector3::zeros(), |_, _| Coordinates::default()).unwrap();
+        let time = f64::from(step + 1) * STEP;
+        let turned = |size: f64, rate: f64| Complex::from_polar(size, rate * time);
+        let whole = turned(carried, spin) + turned(ahead, natural) + turned(back, -natural);
+        let expected = whole * turned(1.0, -spin) - radius;
+        let found = robot.state().elongation[0];
+        assert!((found[0] - expected.re).abs() + (found[1] - expected.im).abs() < 1e-9);
+        assert!(found.rows(2, 4).amax() < 1e-12, "nothing else moves");
+        most = most.max(found[0]);
+    }
+    assert!(most > 0.1, "the spring gives way by {most} m");
+}
+
+/// An integrator of order 5: half the step leaves a thirty-second of the error.
+#[test]
+fn the_integration_along_a_path_keeps_its_order() {
+    let mut random = Random::new(11);
+    let chain = random.chain(3);
+    let drives = Drives::random(&mut random, 3);
+    let bushing = Bushing { stiffness: [3e4; 6], damping: [1e3; 6] };
+    let [pose, _] = drives.at(0.0);
+    let end = |steps: u32| {
+        let rest = Coordinates::default();
+        let about = EquationOfMotion::about(&chain, &pose, EARTH, &[bushing; 3], rest).unwrap();
+        let step_s = 0.1 / f64::from(steps);
+        let mut robot = Radau::new(about, State::default(), step_s);
+        for step in 0..steps {
+            let travel = |part: f64| drives.travel(&chain, (f64::from(step) + part) * step_s, rest);
+            robot.step_along(travel, |_| Vector3::repeat(50.0), |_, _| rest).unwrap();
+        }
+        flat(&robot.state().elongation, 3)
+    };
+    let exact = end(160);
+    let [coarse, fine] = [10, 20].map(|steps| (end(steps) - &exact).norm());
+    let order = (coarse / fine).log2();
+    assert!(coarse < 1e-2 * exact.norm() && (4.5..5.7).contains(&order), "{coarse:e} {order}");
 }

@@ -352,6 +352,46 @@ mod tests {
         }
     }
 
+    #[test]
+    fn a_robot_feeds_and_mistakes_in_its_path_are_named() {
+        let text = include_str!("../../scenario/mill3-feed.toml");
+        let parse = |text: &str| Scenario::parse(Path::new("s.toml"), text, &model());
+        let scenario = parse(text).unwrap();
+        let [first, ..] = &scenario.experiments[..] else { panic!("no experiment") };
+        let sampling = first.sampling(&scenario.measurement);
+        assert_eq!((sampling.samples(), sampling.angle_rate_hz()), (44_000, 100.0));
+        // A ramp to 10 mm/s at 100 mm/s² takes 0.2 s.
+        let course = first.course.as_ref().unwrap();
+        assert!((course.ends_s() - 21.2).abs() < 1e-9, "{}", course.ends_s());
+        let often = text.replacen("rate_hz = 2000.0", "rate_hz = 2000.0\nangle_rate_hz = 25.0", 1);
+        let often = parse(&often).unwrap();
+        assert_eq!(often.experiments[0].sampling(&often.measurement).angle_rate_hz(), 25.0);
+        let place = "s.toml: [[experiment]] \"slot, arm half stretched\"";
+        for (right, wrong, message) in [
+            ("[[200.0,", "[[2000.0,", " path_mm: point 1 of 1: after "),
+            ("[[200.0,", "[[1e9,", " path_mm is 1000000000: must lie within 1e5"),
+            ("[[200.0, 0.0, 0.0]]", "[]", " path_mm: moves nowhere"),
+            ("path_mm = [[200.0, 0.0, 0.0]]", "", " feed_mm_per_s is of no use without path_mm"),
+            ("feed_mm_per_s = 10.0", "", " path_mm is given without feed_mm_per_s: give"),
+            ("per_s = 10.0", "per_s = 0.0", " feed_mm_per_s is 0: must be above 0"),
+            (
+                "feed_mm_per_s = 10.0",
+                "feed_mm_per_s = 5.0",
+                " path_mm takes 40.10 s after a rest of 1 s, but the experiment lasts 22 s: give it duration_s = 42",
+            ),
+            (
+                "duration_s = 22.0",
+                "duration_s = 1e-9",
+                " duration_s is 0.000000001: must hold at least",
+            ),
+        ] {
+            assert!(text.contains(right), "{right}");
+            let error = parse(&text.replacen(right, wrong, 1)).unwrap_err().to_string();
+            assert!(error.starts_with(&format!("{place}{message}")), "{error}");
+            assert!(!error.contains('\n'), "{error}");
+        }
+    }
+
     /// The scenario of six joints states no bounds.
     #[test]
     fn a_range_that_follows_from_the_masses_is_named_as_such() {

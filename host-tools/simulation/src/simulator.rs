@@ -127,7 +127,9 @@ impl Simulator {
     /// input.
     pub fn with_plant(self, file: &Path, model: &Model) -> Result<Self, BadInput> {
         let plant = Plant::load(file, model)?;
-        plant.check_bushings(&self.truth).map_err(|error| BadInput::new(file, error))?;
+        let feeds = self.scenario.experiments.iter().any(|one| one.course.is_some());
+        let checked = plant.check_bushings(&self.truth).and_then(|()| plant.check_path(feeds));
+        checked.map_err(|error| BadInput::new(file, error))?;
         Ok(Self { plant: Some(plant), ..self })
     }
 

@@ -1,8 +1,9 @@
 //! The motion of the joint frames along a course, as the equation of motion takes it.
 
+use flexid_core::MAX_JOINTS;
 use flexid_core::chain::{Chain, Joint};
 use flexid_core::motion::Coordinates;
-use flexid_core::motion::travel::Travel;
+use flexid_core::motion::travel::{FrameMotion, Travel};
 use nalgebra::Isometry3;
 
 use super::{Course, Motion};
@@ -38,14 +39,15 @@ impl Mount {
     /// The mounts of a robot that is as modelled.
     pub fn of(chain: &Chain) -> Vec<Self> {
         let mut places = 0..;
-        let mount = |joint: &Joint| Self {
-            before: Isometry3::identity(),
-            joint: *joint,
-            after: Isometry3::identity(),
-            drive: joint.drive().and_then(|_| places.next()),
-            offset: 0.0,
-        };
+        let mount =
+            |joint: &Joint| Self::of_joint(joint, joint.drive().and_then(|_| places.next()));
         chain.joints().iter().map(mount).collect()
+    }
+
+    /// The mount of a joint as modelled, with the place of its drive in a pose.
+    pub fn of_joint(joint: &Joint, drive: Option<usize>) -> Self {
+        let (before, after) = (Isometry3::identity(), Isometry3::identity());
+        Self { before, joint: *joint, after, drive, offset: 0.0 }
     }
 }
 
@@ -76,6 +78,18 @@ impl<'a> Guide<'a> {
         travel
     }
 
+    /// How far each drive has moved from the start after `time` seconds, along its degree of freedom, rad (m), joint by joint.
+    pub fn driven(&self, time: f64) -> [f64; MAX_JOINTS] {
+        let (now, start) = (self.course.at(time), self.course.at(0.0));
+        let mut driven = [0.0; MAX_JOINTS];
+        for (driven, mount) in driven.iter_mut().zip(&self.mounts) {
+            if let (Some(place), Some(dof)) = (mount.drive, mount.joint.drive()) {
+                *driven = (now[place][0] - start[place][0]) * mount.joint.axis[dof % 3].signum();
+            }
+        }
+        driven
+    }
+
     /// Elongations at rest where the robot is after `time` seconds, m and rad.
     pub fn rest(&self, time: f64) -> Coordinates {
         let place = (time / RESTS_S).clamp(0.0, (self.rests.len() - 1) as f64);
@@ -89,7 +103,7 @@ impl<'a> Guide<'a> {
 }
 
 impl Mount {
-    fn frame(&self, motion: &Motion) -> flexid_core::motion::travel::FrameMotion {
+    fn frame(&self, motion: &Motion) -> FrameMotion {
         let [angle, rate, acceleration] = self.drive.map_or([0.0; 3], |place| motion[place]);
         let own = self.joint.frame_motion(angle + self.offset, rate, acceleration);
         own.between(&self.before, &self.after)

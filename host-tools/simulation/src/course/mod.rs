@@ -18,6 +18,8 @@
 pub mod guide;
 mod law;
 mod reach;
+#[cfg(test)]
+mod tests;
 
 use flexid_core::MAX_JOINTS;
 use flexid_core::chain::Chain;
@@ -50,7 +52,7 @@ pub struct Path {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Course {
     lines: Vec<Line>,
-    /// Largest distance of the tool from its start, m, and the time at which the last line ends, s.
+    /// Time at which the last line ends, s.
     ends_s: f64,
 }
 
@@ -89,65 +91,29 @@ impl Course {
         pose: &[f64],
         limits: &[(&str, [f64; 2])],
     ) -> Result<Self, String> {
-        let reach = Reach::new(chain);
-        let start = chain.tool(pose);
-        let (mut lines, mut ends_s) = (Vec::new(), REST_S);
-        let (mut angles, mut from) = (pose.to_vec(), Vector3::zeros());
+        let mut follower = Follower {
+            reach: Reach::new(chain),
+            start: chain.tool(pose),
+            limits,
+            angles: pose.to_vec(),
+        };
+        let (mut lines, mut ends_s, mut from) = (Vec::new(), REST_S, Vector3::zeros());
         for (point, to) in path.points.iter().enumerate() {
-            let (way, place) = (to - from, |share: f64| from + share * (to - from));
-            let length = way.norm();
             // A first point at the start is no line.
-            if length == 0.0 {
+            if *to == from {
                 continue;
             }
-            let count = (length / KNOTS_M).ceil().max(1.0);
-            let (spacing, along) = (length / count, way / length);
-            let mut knots = Vec::new();
-            for knot in 0..=count as usize {
-                let done = knot as f64 / count;
-                let failed = |why: &str| {
-                    let (of, done) = (path.points.len(), 1e3 * done * length);
-                    format!(
-                        "point {} of {of}: after {done:.0} mm of the way to it {why}",
-                        point + 1
-                    )
-                };
-                let target: Isometry3<f64> = Translation3::from(place(done)) * start;
-                let guess = if knot == 0 {
-                    Some(angles.clone())
-                } else {
-                    reach.ahead(&angles, &along, spacing)
-                };
-                let found = guess.and_then(|guess| reach.angles(&target, guess));
-                let slopes = found.as_ref().and_then(|found| reach.slopes(found, &along));
-                let (Some(found), Some(slopes)) = (found, slopes) else {
-                    return Err(failed("is out of reach: move it nearer"));
-                };
-                for ((new, old), (name, [lower, upper])) in found.iter().zip(&angles).zip(limits) {
-                    if !(*lower..=*upper).contains(new) {
-                        return Err(failed(&format!(
-                            "{name} leaves its limits, {lower} to {upper}: shorten the path, or start it elsewhere"
-                        )));
-                    }
-                    if (new - old).abs() > MOST_TURN {
-                        return Err(failed(&format!(
-                            "{name} turns too fast, next to a singular pose: start the path elsewhere"
-                        )));
-                    }
-                }
-                knots.push(Knot { angles: padded(&found), slopes: padded(&slopes) });
-                angles = found;
-            }
-            let law = Law::new(length, path.feed, path.acceleration);
-            lines.push(Line { start_s: ends_s, law, spacing, knots });
+            let law = Law::new((to - from).norm(), path.feed, path.acceleration);
+            let line = follower.line(&from, to, ends_s, law);
+            let of = path.points.len();
+            lines.push(line.map_err(|why| format!("point {} of {of}: {why}", point + 1))?);
             ends_s += law.lasts_s();
             from = *to;
         }
         if lines.is_empty() {
-            Err("moves nowhere: give a point apart from the start".into())
-        } else {
-            Ok(Self { lines, ends_s })
+            return Err("moves nowhere: give a point apart from the start".into());
         }
+        Ok(Self { lines, ends_s })
     }
 
     /// Time at which the tool is at the end of the path, s.
@@ -170,6 +136,70 @@ impl Course {
             Some(line) => line.at(time - line.start_s),
             None => Motion::default(),
         }
+    }
+}
+
+/// A robot that follows a path, and where it has got to.
+struct Follower<'a> {
+    reach: Reach<'a>,
+    /// Pose of the tool at the start of the path, in the base.
+    start: Isometry3<f64>,
+    limits: &'a [(&'a str, [f64; 2])],
+    angles: Vec<f64>,
+}
+
+impl Follower<'_> {
+    /// The line between two places of the tool. The error states how far the robot gets.
+    fn line(
+        &mut self,
+        from: &Vector3<f64>,
+        to: &Vector3<f64>,
+        start_s: f64,
+        law: Law,
+    ) -> Result<Line, String> {
+        let length = (to - from).norm();
+        let along = (to - from) / length;
+        let count = (length / KNOTS_M).ceil();
+        let spacing = length / count;
+        let knot = |knot: usize| {
+            let done = knot as f64 * spacing;
+            let place = Translation3::from(from + done * along);
+            let knot = self.knot(&place, &along, if knot == 0 { 0.0 } else { spacing });
+            knot.map_err(|why| format!("after {:.0} mm of the way to it {why}", 1e3 * done))
+        };
+        let knots = (0..=count as usize).map(knot).collect::<Result<_, _>>()?;
+        Ok(Line { start_s, law, spacing, knots })
+    }
+
+    /// The knot at a place of the tool, `distance` m from the last one `along` the line.
+    fn knot(
+        &mut self,
+        place: &Translation3<f64>,
+        along: &Vector3<f64>,
+        distance: f64,
+    ) -> Result<Knot, String> {
+        let Self { reach, start, limits, angles } = self;
+        let unreached = || {
+            "the tool is out of reach, or the robot next to a singular pose: start the path elsewhere"
+                .to_owned()
+        };
+        let guess = reach.ahead(angles, along, distance).ok_or_else(unreached)?;
+        let found = reach.angles(&(*place * *start), guess).ok_or_else(unreached)?;
+        let slopes = reach.slopes(&found, along).ok_or_else(unreached)?;
+        if found.iter().zip(angles.iter()).any(|(new, old)| (new - old).abs() > MOST_TURN) {
+            return Err(unreached());
+        }
+        let limited = found.iter().zip(*limits);
+        for (angle, (name, [lower, upper])) in limited {
+            if !(*lower..=*upper).contains(angle) {
+                return Err(format!(
+                    "{name} leaves its limits, {lower} to {upper}: start the path elsewhere"
+                ));
+            }
+        }
+        let knot = Knot { angles: padded(&found), slopes: padded(&slopes) };
+        *angles = found;
+        Ok(knot)
     }
 }
 
