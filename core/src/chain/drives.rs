@@ -16,22 +16,24 @@ impl Chain {
         joints.fold(Isometry3::identity(), |tip, (joint, q)| tip * joint.frame(q)) * self.tcp
     }
 
-    /// How the driven joints move the TCP, along the axes of the base, without sag.
+    /// How the driven joints move the TCP, along its axes, without sag.
     ///
     /// ```text
     /// J = [ z × (p − o) ]  a joint that turns about the axis z through o,      [ z ]  one that slides along z
     ///     [      z      ]  with the TCP at p                                   [ 0 ]
     /// ```
     pub fn drive_jacobian(&self, pose: &[f64]) -> DriveJacobian {
-        let tool = self.tool(pose).translation.vector;
+        let tool = self.tool(pose);
+        let to_tool = tool.rotation.inverse();
         let mut jacobian = DriveJacobian::zeros();
         let mut frame = Isometry3::identity();
         let mut columns = jacobian.column_iter_mut();
         for (joint, q) in self.joints.iter().zip(self.angles(pose)) {
             frame *= joint.frame(q);
-            let axis = frame.rotation * joint.axis.into_inner();
+            let axis = to_tool * (frame.rotation * joint.axis.into_inner());
+            let arm = to_tool * (tool.translation.vector - frame.translation.vector);
             let [translation, rotation] = match joint.kind {
-                JointKind::Revolute => [axis.cross(&(tool - frame.translation.vector)), axis],
+                JointKind::Revolute => [axis.cross(&arm), axis],
                 JointKind::Prismatic => [axis, Vector3::zeros()],
                 JointKind::Fixed => continue,
             };
@@ -60,7 +62,8 @@ mod tests {
         let joints: Vec<_> = kinds.into_iter().enumerate().map(joint).collect();
         let chain = Chain::new(&joints, chain.tcp).unwrap();
         let pose = [0.3, -0.4, 0.8];
-        let jacobian = chain.drive_jacobian(&pose);
+        let (jacobian, to_tool) =
+            (chain.drive_jacobian(&pose), chain.tool(&pose).rotation.inverse());
         const H: f64 = 1e-6;
         for angle in 0..3 {
             let at = |step: f64| {
@@ -72,8 +75,8 @@ mod tests {
             let translation = (ahead.translation.vector - back.translation.vector) / (2.0 * H);
             let rotation = (ahead.rotation * back.rotation.inverse()).scaled_axis() / (2.0 * H);
             let column = jacobian.column(angle);
-            assert!((column.fixed_rows::<3>(0) - translation).norm() < 1e-8);
-            assert!((column.fixed_rows::<3>(3) - rotation).norm() < 1e-8);
+            assert!((column.fixed_rows::<3>(0) - to_tool * translation).norm() < 1e-8);
+            assert!((column.fixed_rows::<3>(3) - to_tool * rotation).norm() < 1e-8);
         }
         assert_eq!(jacobian.columns(3, MAX_JOINTS - 3).amax(), 0.0);
     }

@@ -62,7 +62,7 @@ impl<'a> Reach<'a> {
             return None;
         }
         let mut moved = DVector::zeros(self.rows);
-        moved.rows_mut(0, 3).copy_from(along);
+        moved.rows_mut(0, 3).copy_from(&(self.chain.tool(angles).rotation.inverse() * along));
         Some(self.step(angles, &moved, 0.0)?.as_slice().to_vec())
     }
 
@@ -80,17 +80,17 @@ impl<'a> Reach<'a> {
         Some(moved(self.slopes(&half, along)?, distance))
     }
 
-    /// Jacobian of the rows that are followed, base axes.
+    /// Jacobian of the rows that are followed, axes of the tool.
     fn jacobian(&self, angles: &[f64]) -> DMatrix<f64> {
         let all = self.chain.drive_jacobian(angles);
         DMatrix::from_fn(self.rows, angles.len(), |row, joint| all[(row, joint)])
     }
 
-    /// Way from the tool to `target`, base axes, m and rad.
+    /// Way from the tool to `target`, axes of the tool, m and rad.
     fn error(&self, target: &Isometry3<f64>, angles: &[f64]) -> DVector<f64> {
         let tool = self.chain.tool(angles);
-        let way = target.translation.vector - tool.translation.vector;
-        let turn = (target.rotation * tool.rotation.inverse()).scaled_axis();
+        let Isometry3 { translation, rotation } = tool.inverse() * target;
+        let (way, turn) = (translation.vector, rotation.scaled_axis());
         DVector::from_iterator(self.rows, way.iter().chain(&turn).copied().take(self.rows))
     }
 
