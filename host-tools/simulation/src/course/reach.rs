@@ -66,7 +66,8 @@ impl<'a> Reach<'a> {
         Some(self.step(angles, &moved, 0.0)?.as_slice().to_vec())
     }
 
-    /// Angles near those of the tool `distance` m further along, by the slopes half-way.
+    /// Angles near those of the tool `distance` m further along, by the slopes half-way: close enough that what Newton's method adds does not bend the
+    /// motion of joints that the tool does not need.
     pub(super) fn ahead(
         &self,
         angles: &[f64],
