@@ -98,7 +98,7 @@ impl Error for LinearisationError {}
 
 impl LinearChain {
     /// Static elongations of the bushings, m and rad.
-    pub(crate) fn elongations(&self) -> [Vector6<f64>; MAX_JOINTS] {
+    pub fn elongations(&self) -> [Vector6<f64>; MAX_JOINTS] {
         let mut elongations = [Vector6::zeros(); MAX_JOINTS];
         for (own, joint) in elongations.iter_mut().zip(&self.joints) {
             *own = joint.sag;

@@ -1,6 +1,7 @@
 //! A serial robot: joints, the rigid links that they carry, and the tool centre point (TCP).
 
 mod carried;
+mod drives;
 pub mod from_parent;
 mod jacobian;
 pub mod linearise;
@@ -14,6 +15,7 @@ use heapless::Vec;
 use nalgebra::{Isometry3, Matrix3, Translation3, Unit, UnitQuaternion, Vector3};
 
 use crate::MAX_JOINTS;
+pub use drives::DriveJacobian;
 pub use jacobian::Jacobian;
 
 /// Accuracy of an inertia that a file gives, and part of its largest principal moment by which that may exceed the sum of the two others:

@@ -22,7 +22,7 @@ impl EquationOfMotion {
         let mut before = self.base();
         for (index, link) in self.links.iter().enumerate() {
             let (place, motion) = (&placed[index], motions[index]);
-            let carried = before.outward(link, place, &state.rate[index]);
+            let carried = before.carrier(link).outward(link, place, &state.rate[index]);
             acceleration[index] = joined(
                 place.turned * (motion.acceleration - carried.acceleration),
                 place.turns_inverse() * (motion.spin_rate - carried.spin_rate),
@@ -44,6 +44,9 @@ impl EquationOfMotion {
         let mut push = self.rest_axes * loads.force;
         for index in 0..self.links.len() {
             let (_, turn_rate) = halves(&state.rate[index]);
+            if let Some(drive) = &self.links[index].drive {
+                spin += drive.spin;
+            }
             spin = placed[index].rotation.tr_mul(&spin) + placed[index].turns * turn_rate;
             push = placed[index].rotation.tr_mul(&push);
             motions[index].spin = spin;

@@ -35,7 +35,7 @@ impl LinkMotion {
         self.acceleration + self.spin_rate.cross(point) + self.spin.cross(&self.spin.cross(point))
     }
 
-    /// Motion of the next link if this link moves so and the bushing between them has the constant rates `rate`.
+    /// Motion of the next link if this link, or the [carrier](Self::carrier) on it, moves so and the bushing between them has the constant rates `rate`.
     pub(super) fn outward(&self, link: &Link, placed: &Placed, rate: &Vector6<f64>) -> Self {
         let (slide, turn) = halves(rate);
         let (carried, turning) = (placed.rotation.tr_mul(&self.spin), placed.turns * turn);
@@ -86,7 +86,7 @@ impl EquationOfMotion {
         for (index, link) in self.links.iter().enumerate() {
             let place = link.placed(&state.elongation[index]);
             let (slide, turn) = halves(&acceleration[index]);
-            motion = motion.outward(link, &place, &state.rate[index]);
+            motion = motion.carrier(link).outward(link, &place, &state.rate[index]);
             motion.acceleration += place.turned.tr_mul(&slide);
             motion.spin_rate += place.turns * turn;
             push = place.rotation.tr_mul(&push);

@@ -9,7 +9,7 @@ use nalgebra::{Matrix3, Vector3, Vector6};
 
 use crate::chain::{self, Joint};
 
-/// A link and the joint frame that carries it: the quantities that no motion changes.
+/// A link and the joint frame that carries it: the quantities that no motion of the bushings changes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Link {
     /// Axes of the joint frame, in the axes of the link before.
@@ -26,6 +26,21 @@ pub(super) struct Link {
     pub(super) central_mobility: Matrix3<f64>,
     /// Inertia about the link's origin, kg m².
     pub(super) inertia: Matrix3<f64>,
+    /// Motion of the joint frame; `None` where it stands.
+    pub(super) drive: Option<Drive>,
+}
+
+/// Motion of a joint's frame relative to the link before, along the axes of that link.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Drive {
+    /// Spin Ω, rad/s.
+    pub(super) spin: Vector3<f64>,
+    /// Rate of the spin, rad/s².
+    pub(super) spin_rate: Vector3<f64>,
+    /// Velocity v of the frame's origin, m/s.
+    pub(super) velocity: Vector3<f64>,
+    /// Acceleration of the frame's origin, m/s².
+    pub(super) acceleration: Vector3<f64>,
 }
 
 /// A link at the elongation of its bushing.
@@ -61,6 +76,7 @@ impl Link {
             // rigid.
             central_mobility: inertia.try_inverse().unwrap_or(Matrix3::repeat(f64::NAN)),
             inertia: inertia - lever * lever * mass,
+            drive: None,
         }
     }
 

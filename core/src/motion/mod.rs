@@ -3,7 +3,8 @@
 //! It is the reference for the linear model, and the physics of the simulated robot. The drives hold the joint angles. q are
 //! the coordinates of the bushings: per joint slides `tx ty tz` along the axes of the joint frame, then turns `rx ry rz`
 //! about x, the new y and the new z. F acts on the moving TCP along axes that are fixed in space: those of the TCP at rest,
-//! in the static equilibrium under gravity.
+//! in the static equilibrium under gravity. Where the drives travel, the joint frames move as prescribed, and the rest is that of the robot that
+//! stands at the pose of the moment ([`travel`]).
 //!
 //! | module         | holds                                                       |
 //! | -------------- | ----------------------------------------------------------- |
@@ -13,6 +14,7 @@
 //! | `impedance`    | `s²M + sD + K` of the chain frozen in a posture, factorised |
 //! | [`radau`]      | time integration                                            |
 //! | [`sensors`]    | readings of the sensors, at any place on the last link      |
+//! | [`travel`]     | joint frames that move as prescribed                        |
 
 mod forward;
 mod impedance;
@@ -20,6 +22,7 @@ mod inverse;
 mod kinematics;
 pub mod radau;
 pub mod sensors;
+pub mod travel;
 
 use heapless::Vec;
 use nalgebra::{Matrix3, Vector3, Vector6};
@@ -58,7 +61,7 @@ impl From<&Vector3<f64>> for Loads {
     }
 }
 
-/// The equation of motion of a robot whose drives hold one pose.
+/// The equation of motion of a robot whose drives hold one pose, or travel through it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct EquationOfMotion {
     links: Vec<Link, MAX_JOINTS>,
@@ -76,6 +79,8 @@ pub struct EquationOfMotion {
     rest_axes: Matrix3<f64>,
     /// Position of the TCP at rest, base axes, m.
     rest_tcp: Vector3<f64>,
+    /// Gravity's share in the reading of an accelerometer at rest, before any travel, TCP axes, m/s².
+    felt_at_rest: Vector3<f64>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -147,10 +152,17 @@ impl EquationOfMotion {
             rest,
             rest_axes: Matrix3::identity(),
             rest_tcp: Vector3::zeros(),
+            felt_at_rest: Vector3::zeros(),
         };
-        let tcp = equation.tcp_pose(&equation.placed(&rest));
-        (equation.rest_axes, equation.rest_tcp) = (tcp.axes, tcp.translation);
+        equation.place_rest();
+        equation.felt_at_rest = equation.rest_axes.tr_mul(&-gravity);
         Ok(equation)
+    }
+
+    /// Sets the pose of the TCP at rest.
+    fn place_rest(&mut self) {
+        let tcp = self.tcp_pose(&self.placed(&self.rest));
+        (self.rest_axes, self.rest_tcp) = (tcp.axes, tcp.translation);
     }
 
     /// State at rest: the static equilibrium under gravity, or the elongations given to [`EquationOfMotion::about`].

@@ -22,6 +22,7 @@ use nalgebra::{Complex, ComplexField, Matrix3, RowVector3, Vector3, Vector6};
 
 use super::impedance::Impedance;
 use super::inverse::Imbalance;
+use super::travel::Travel;
 use super::{Coordinates, EquationOfMotion, Loads, State};
 
 /// Largest remaining imbalance, as a part of the loads.
@@ -193,6 +194,34 @@ impl Radau {
         force: impl Fn(f64) -> Vector3<f64>,
         resistance: impl Fn(f64, &State) -> Coordinates,
     ) -> Result<(), NotConverged> {
+        self.solve(None, force, resistance)
+    }
+
+    /// A [step against](Radau::step_against) resistance during which the joint frames move as `travel` gives it at a part 0 to 1 of the step. The
+    /// TCP's axes at rest are those of the moment.
+    ///
+    /// # Errors
+    /// As [`Radau::step`].
+    pub fn step_along(
+        &mut self,
+        travel: impl Fn(f64) -> Travel,
+        force: impl Fn(f64) -> Vector3<f64>,
+        resistance: impl Fn(f64, &State) -> Coordinates,
+    ) -> Result<(), NotConverged> {
+        let ahead = self.method.nodes.map(|node| self.equation.at(&travel(node)));
+        self.solve(Some(&ahead), force, resistance)?;
+        let [.., end] = ahead;
+        self.equation = end;
+        Ok(())
+    }
+
+    /// Makes a step. `ahead` are the equations at the nodes where the joint frames move.
+    fn solve(
+        &mut self,
+        ahead: Option<&[EquationOfMotion; 3]>,
+        force: impl Fn(f64) -> Vector3<f64>,
+        resistance: impl Fn(f64, &State) -> Coordinates,
+    ) -> Result<(), NotConverged> {
         let nodes = self.method.nodes;
         let forces = nodes.map(force);
         let mut acceleration =
@@ -203,7 +232,8 @@ impl Radau {
             let imbalances = [0, 1, 2].map(|stage| {
                 let (force, state) = (forces[stage], &stages[stage]);
                 let loads = Loads { force, resistance: resistance(nodes[stage], state) };
-                self.equation.imbalance(state, &acceleration[stage], &loads)
+                let equation = ahead.map_or(&self.equation, |ahead| &ahead[stage]);
+                equation.imbalance(state, &acceleration[stage], &loads)
             });
             // A sum propagates NaN; a maximum would ignore it.
             let size: f64 = imbalances.iter().map(|one| one.size).sum();
@@ -212,7 +242,7 @@ impl Radau {
             let done = left <= TOLERANCE * size;
             if !done {
                 if correction % STALE_AFTER == STALE_AFTER - 1 {
-                    self.renew(&stages[2].elongation);
+                    self.renew(ahead.map(|[.., end]| end), &stages[2].elongation);
                 }
                 self.real.correct(&imbalances, &mut acceleration);
                 self.pair.correct(&imbalances, &mut acceleration);
@@ -230,7 +260,7 @@ impl Radau {
             before = left;
         }
         // After a failed step the matrices must not be those of an elongation that was not reached.
-        self.renew(&self.state.elongation.clone());
+        self.renew(None, &self.state.elongation.clone());
         Err(NotConverged)
     }
 
@@ -250,9 +280,11 @@ impl Radau {
         })
     }
 
-    fn renew(&mut self, elongation: &Coordinates) {
-        self.real.impedance = Impedance::new(&self.equation, elongation, self.real.s);
-        self.pair.impedance = Impedance::new(&self.equation, elongation, self.pair.s);
+    /// Renews the matrices at this elongation; `equation` is another one than that of the present state.
+    fn renew(&mut self, equation: Option<&EquationOfMotion>, elongation: &Coordinates) {
+        let equation = equation.unwrap_or(&self.equation);
+        self.real.impedance = Impedance::new(equation, elongation, self.real.s);
+        self.pair.impedance = Impedance::new(equation, elongation, self.pair.s);
     }
 
     /// Present state of the robot.

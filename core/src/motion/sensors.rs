@@ -29,7 +29,8 @@ impl EquationOfMotion {
 
     /// Readings of the sensors under `loads`. An inertial accelerometer keeps its axes at rest; a strapdown accelerometer turns
     /// with the tool. The force sensor measures the cut along its axes at rest, and the inertia and weight of the tool along
-    /// its turned axes.
+    /// its turned axes. The reading at rest that is taken away is that before any travel: a tool that turns with its path turns in gravity,
+    /// which an inertial accelerometer does not feel.
     pub fn reading(
         &self,
         state: &State,
@@ -40,20 +41,20 @@ impl EquationOfMotion {
         let loads = loads.into();
         let placed = self.placed(&state.elongation);
         let motion = self.link_motions(state, &placed, &loads)[self.links.len() - 1];
-        let at_rest = self.rest_axes.tr_mul(&-self.gravity);
         // Acceleration along the TCP's axes, less gravity.
         let felt = |point: &Vector3<f64>| {
             let point = self.tcp.translation + self.tcp.axes * point;
             self.tcp.axes.tr_mul(&motion.acceleration_of(&point))
         };
         let acceleration = match accelerometer {
-            Accelerometer::Strapdown => felt(&mounting.accelerometer),
+            Accelerometer::Strapdown => felt(&mounting.accelerometer) - self.felt_at_rest,
             Accelerometer::Inertial => {
                 let axes = self.tcp_pose(&placed).axes;
-                self.rest_axes.tr_mul(&(axes * felt(&mounting.accelerometer)))
+                let moved = self.rest_axes.tr_mul(&(axes * felt(&mounting.accelerometer)));
+                moved - self.rest_axes.tr_mul(&-self.gravity)
             }
-        } - at_rest;
-        let taken = mounting.tool_mass * (felt(&mounting.tool_centre) - at_rest);
+        };
+        let taken = mounting.tool_mass * (felt(&mounting.tool_centre) - self.felt_at_rest);
         Reading {
             force: mounting.force_axes.inverse() * (loads.force - taken),
             acceleration: mounting.accelerometer_axes.inverse() * acceleration,

@@ -8,3 +8,4 @@ mod mechanics;
 mod mujoco;
 #[rustfmt::skip]
 mod reference;
+mod travel;

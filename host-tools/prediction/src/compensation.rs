@@ -59,7 +59,7 @@ impl Compensation {
         let jacobian = jacobian(chain, at.pose());
         let inverse = Inverse::new(&jacobian);
         let own = DMatrix::identity(6, 6);
-        let base = both(tool(chain, at.pose()).rotation.to_rotation_matrix().matrix());
+        let base = both(chain.tool(at.pose()).rotation.to_rotation_matrix().matrix());
         let of = |matrix: &DMatrix<f64>| Deflection::of(&at.moved(compliance, wrench, matrix));
         let deflection = of(&own);
         let linear = at.moved(compliance, wrench, &-&inverse.matrix);
@@ -110,10 +110,10 @@ fn taken_back(
 ) -> (DVector<f64>, Vector6<f64>) {
     let values = |of: &[Estimate; 3]| Vector3::from(of.map(|own| own.value));
     let deflected = Isometry3::new(values(&deflection.translation), values(&deflection.rotation));
-    let wanted = tool(chain, pose).inverse();
+    let wanted = chain.tool(pose).inverse();
     let left = |offsets: &DVector<f64>| {
         let moved: Vec<f64> = pose.iter().zip(offsets).map(|(q, offset)| q + offset).collect();
-        let left = wanted * tool(chain, &moved) * deflected;
+        let left = wanted * chain.tool(&moved) * deflected;
         let rotation = left.rotation.scaled_axis();
         Vector6::from_iterator(left.translation.vector.iter().chain(&rotation).copied())
     };
@@ -156,30 +156,10 @@ fn pseudoinverse(matrix: &DMatrix<f64>, rank: usize) -> (DMatrix<f64>, bool) {
     (inverse, is_singular)
 }
 
-/// Pose of the tool centre point in the base, without sag.
-pub fn tool(chain: &Chain, pose: &[f64]) -> Isometry3<f64> {
-    let joints = chain.joints().iter().zip(chain.angles(pose));
-    joints.fold(Isometry3::identity(), |tip, (joint, q)| tip * joint.frame(q)) * chain.tcp()
-}
-
 /// Geometric Jacobian of the driven joints, without sag: translation and rotation of the tool along its axes, m and rad per rad (m).
 pub fn jacobian(chain: &Chain, pose: &[f64]) -> DMatrix<f64> {
-    let tool = tool(chain, pose);
-    let to_tool = tool.rotation.inverse();
-    let mut columns = Vec::new();
-    let mut frame = Isometry3::identity();
-    for (joint, q) in chain.joints().iter().zip(chain.angles(pose)) {
-        frame *= joint.frame(q);
-        let axis = to_tool * (frame.rotation * joint.axis.into_inner());
-        let arm = to_tool * (tool.translation.vector - frame.translation.vector);
-        let [translation, rotation] = match joint.kind {
-            JointKind::Revolute => [axis.cross(&arm), axis],
-            JointKind::Prismatic => [axis, Vector3::zeros()],
-            JointKind::Fixed => continue,
-        };
-        columns.push(Vector6::from_iterator(translation.iter().chain(&rotation).copied()));
-    }
-    DMatrix::from_fn(6, columns.len(), |row, joint| columns[joint][row])
+    let all = chain.drive_jacobian(pose);
+    DMatrix::from_fn(6, pose.len(), |row, joint| all[(row, joint)])
 }
 
 /// A rotation of translations and rotations.

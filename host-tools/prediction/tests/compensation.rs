@@ -10,7 +10,7 @@ use flexid_core::parameters::Bushings;
 use flexid_pipeline::model::Model;
 use flexid_pipeline::robot::{FoundRobot, JointBounds};
 use flexid_prediction::Robot;
-use flexid_prediction::compensation::{Compensation, tool};
+use flexid_prediction::compensation::Compensation;
 use nalgebra::{Isometry3, Vector3};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
@@ -55,12 +55,12 @@ proptest! {
         let (bushings, pose) = (random.bushings(joints), random.pose(joints));
         let robot = robot(if joints == 3 { "mill3-model.toml" } else { "mill6-model.toml" }, &bushings, None);
         let own = compensation(&robot, &pose, [40.0, -20.0, 30.0, 1.0, 2.0, -1.0]);
-        let before = tool(robot.chain(), &pose);
+        let before = robot.chain().tool(&pose);
         let moved: Vec<f64> = pose.iter().zip(&own.offsets).map(|(q, offset)| q + offset.value).collect();
         let [deflected, left] = [&own.deflection, &own.left];
         let vector = |of: &[flexid_prediction::Estimate; 3]| Vector3::from(of.map(|own| own.value));
         let deflection = Isometry3::new(vector(&deflected.translation), vector(&deflected.rotation));
-        let after = before.inverse() * tool(robot.chain(), &moved) * deflection;
+        let after = before.inverse() * robot.chain().tool(&moved) * deflection;
         let size = values(&deflected.translation).iter().map(|own| own.abs()).fold(0.0, f64::max);
         for axis in 0..3 {
             let error = after.translation.vector[axis] - left.translation[axis].value;

@@ -1,15 +1,18 @@
 //! One cut from rest: force and motion at the TCP, at the instants that the sensors sample.
 
 use flexid_core::chain::Chain;
-use flexid_core::motion::EquationOfMotion;
+use flexid_core::chain::linearise::LinearisationError;
 use flexid_core::motion::radau::Radau;
 use flexid_core::motion::sensors::Reading;
+use flexid_core::motion::{Coordinates, EquationOfMotion};
 use flexid_core::mounting::Mounting;
 use flexid_core::parameters::Bushing;
 use flexid_core::sensors::Accelerometer;
 use nalgebra::Vector3;
 use rand_core::Rng;
 
+use super::course::Course;
+use super::course::guide::{Guide, Mount};
 use super::force::{self, OVERSAMPLING};
 use super::scenario::{Cutting, Experiment, Sampling};
 
@@ -21,7 +24,7 @@ pub const STEPS: usize = 4;
 pub struct Response {
     /// Reading of the force sensor, less its reading at rest, along its axes, N.
     pub force: Vec<Vector3<f64>>,
-    /// Displacement of the TCP from the static equilibrium, TCP axes at rest, m.
+    /// Displacement of the TCP from the static equilibrium at the joint angles of the moment, TCP axes at rest, m.
     pub displacement: Vec<Vector3<f64>>,
     /// Reading of the accelerometer, less its reading at rest, along its axes, m/s².
     pub acceleration: Vec<Vector3<f64>>,
@@ -30,8 +33,10 @@ pub struct Response {
 /// A cut that applies the same force to one or more robots.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Cut {
-    /// Joint angles, rad (m).
+    /// Joint angles at the start, rad (m).
     pub pose: Vec<f64>,
+    /// Motion of the joints; `None` for a robot that stands.
+    pub course: Option<Course>,
     /// Gravity, base axes, m/s².
     pub gravity: Vector3<f64>,
     /// Kind of the accelerometer.
@@ -55,11 +60,12 @@ impl Cut {
     ) -> Self {
         Self {
             pose: experiment.pose.clone(),
+            course: experiment.course.clone(),
             gravity: Vector3::zeros(),
             accelerometer: Accelerometer::Inertial,
             mounting: Mounting::AT_TCP,
             rate_hz: sampling.rate_hz,
-            force: force::milling(cutting, experiment, sampling, rng),
+            force: force::milling(cutting, experiment, &experiment.sampling(sampling), rng),
         }
     }
 
@@ -77,7 +83,8 @@ impl Cut {
         tell: impl Fn(f64),
     ) -> Response {
         let equation = EquationOfMotion::new(chain, &self.pose, self.gravity, bushings);
-        let Ok(equation) = equation else {
+        let guide = self.guide(chain, bushings);
+        let (Ok(equation), Ok(guide)) = (equation, guide) else {
             let nothing = vec![Vector3::repeat(f64::NAN); self.force.len().div_ceil(OVERSAMPLING)];
             let [force, displacement, acceleration] = [nothing.clone(), nothing.clone(), nothing];
             return Response { force, displacement, acceleration };
@@ -100,11 +107,30 @@ impl Cut {
             response.acceleration.push(reading.acceleration);
             for step in 0..STEPS {
                 let at = |part: f64| sample as f64 + (step as f64 + part) / STEPS as f64;
-                stands = stands && robot.step(|part| force::between(&self.force, at(part))).is_ok();
+                let force = |part| force::between(&self.force, at(part));
+                let stepped = |robot: &mut Radau| match &guide {
+                    None => robot.step(force),
+                    Some(guide) => {
+                        let travel = |part| guide.travel(at(part) / self.rate_hz);
+                        robot.step_along(travel, force, |_, _| Coordinates::default())
+                    }
+                };
+                stands = stands && stepped(&mut robot).is_ok();
             }
             tell((sample * OVERSAMPLING) as f64 / self.force.len() as f64);
         }
         response
+    }
+
+    /// The motion of the joint frames of a robot that feeds.
+    fn guide(
+        &self,
+        chain: &Chain,
+        bushings: &[Bushing],
+    ) -> Result<Option<Guide<'_>>, LinearisationError> {
+        let rest = |pose: &[f64]| Ok(chain.linearise(pose, self.gravity, bushings)?.elongations());
+        let guide = |course| Guide::new(course, Mount::of(chain), rest);
+        self.course.as_ref().map(guide).transpose()
     }
 }
 
@@ -178,6 +204,7 @@ pub(crate) mod tests {
         let soft = Bushing { stiffness: [1e6, 1e6, 1e6, 1e6, 10.0, 1e6], damping: [100.0; 6] };
         let cut = Cut {
             pose: vec![0.0],
+            course: None,
             gravity: Vector3::zeros(),
             accelerometer: Accelerometer::Inertial,
             mounting: Mounting::AT_TCP,

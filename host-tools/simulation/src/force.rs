@@ -11,11 +11,12 @@ use rand_core::Rng;
 use rand_distr::{Distribution, StandardNormal};
 use realfft::RealFftPlanner;
 
+use super::course::Course;
 use super::scenario::{Cutting, Experiment, Feed, Sampling};
 
 /// Steps of the fine grid per sample.
 pub const OVERSAMPLING: usize = 25;
-/// Times at which the tool enters and leaves, in parts of the record.
+/// Times at which the tool of a robot that stands enters and leaves, in parts of the record.
 const CUT: [f64; 2] = [0.05, 0.80];
 /// Edges of the low-pass, in parts of the sample rate. It passes what is below the first and stops what is above the
 /// second.
@@ -25,7 +26,7 @@ const ATTENUATION_DB: f64 = 90.0;
 /// Exponent of two. Lengths of transforms are multiples of this power of two, since they are fast.
 const SMOOTH: u32 = 12;
 
-/// Force along the TCP's axes, N, one value each `1 / (OVERSAMPLING · rate_hz)` seconds from time 0.
+/// Force along the TCP's axes, N. A robot that feeds cuts while its feed is up to speed ([`Course::cut_s`]). There is one value each `1 / (OVERSAMPLING · rate_hz)` seconds from time 0.
 pub fn milling(
     cutting: &Cutting,
     experiment: &Experiment,
@@ -34,7 +35,8 @@ pub fn milling(
 ) -> Vec<Vector3<f64>> {
     let steps = sampling.samples() * OVERSAMPLING;
     let rate = sampling.rate_hz * OVERSAMPLING as f64;
-    let [enter, leave] = CUT.map(|part| part * steps as f64 / rate);
+    let standing = || CUT.map(|part| part * steps as f64 / rate);
+    let [enter, leave] = experiment.course.as_ref().map_or_else(standing, Course::cut_s);
     // The noise is white up to half the sample rate. The factor scales it to the fine grid.
     let roughness = cutting.roughness * (OVERSAMPLING as f64).sqrt();
     let raw: Vec<_> = (0..steps)
@@ -73,7 +75,8 @@ pub fn blow(
 
 /// Angle of the spindle at each sample of an experiment, rad. Before and after the cut its speed is constant.
 pub fn spindle(experiment: &Experiment, sampling: &Sampling) -> Vec<f64> {
-    let [enter, leave] = CUT.map(|part| part * sampling.duration_s);
+    let standing = || CUT.map(|part| part * sampling.duration_s);
+    let [enter, leave] = experiment.course.as_ref().map_or_else(standing, Course::cut_s);
     let [first, last] = experiment.spindle_rpm.map(|rpm| 2.0 * PI / 60.0 * rpm);
     let angle = |n: usize| {
         let time = n as f64 / sampling.rate_hz;

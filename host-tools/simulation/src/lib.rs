@@ -6,6 +6,7 @@
 //! | [`scenario`]   | the scenario file, and robots and poses drawn at random      |
 //! | [`plausible`]  | robots whose joints are like those of robots that mill       |
 //! | [`force`]      | the milling cutter                                           |
+//! | [`course`]     | the joints while the tool mills along a path                 |
 //! | [`experiment`] | one cut: force, displacement and acceleration at the samples |
 //! | [`linear`]     | the displacement of the linearised robot in a cut            |
 //! | [`plant`]      | what a real plant has beside the model                       |
@@ -25,6 +26,7 @@ extern crate self as flexid_simulation;
 
 pub mod bus;
 pub mod candump;
+pub mod course;
 pub mod coverage;
 pub mod experiment;
 pub mod force;

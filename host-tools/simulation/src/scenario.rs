@@ -8,17 +8,21 @@ use flexid_pipeline::input::{self, BadInput};
 use flexid_pipeline::model::{Kind, Model, ModelJoint};
 use rand_core::Rng;
 use rand_distr::{Distribution as _, Uniform};
-use serde::{Deserialize, Serialize};
+use serde::Deserialize;
 
 use flexid_pipeline::names::DOF_NAMES;
-use flexid_pipeline::text::count;
 
-/// Standard gravity, the unit of accelerometers' noise, m/s².
-const STANDARD_GRAVITY: f64 = 9.80665;
+mod entry;
+mod limits;
+mod sampling;
+
+use entry::Entry;
+pub use entry::{Experiment, Feed};
+use limits::{not_negative, within};
+pub use sampling::Sampling;
+
 /// Largest number of teeth of a cutter.
 const MOST_TEETH: u32 = 1000;
-/// Smallest length of an experiment, that of the shortest record which the daemon takes, samples.
-const FEWEST_SAMPLES: usize = 256;
 
 /// A robot to be simulated, and its experiments.
 #[derive(Clone, Debug)]
@@ -33,32 +37,6 @@ pub struct Scenario {
     pub cutting: Cutting,
     /// Sampling of the sensors.
     pub measurement: Sampling,
-}
-
-/// One cut at one pose.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Experiment {
-    /// Name for people.
-    pub name: String,
-    /// Joint angles, rad (m), base first.
-    pub pose: Vec<f64>,
-    /// Spindle speed at the beginning and at the end of the cut, revolutions per minute.
-    pub spindle_rpm: [f64; 2],
-    /// Axis of the TCP along which the tool is fed.
-    pub feed: Feed,
-}
-
-/// An axis of the TCP.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Feed {
-    /// Along x; the tool's axis is z.
-    X,
-    /// Along y; the tool's axis is x.
-    Y,
-    /// Along z; the tool's axis is y.
-    Z,
 }
 
 /// A milling cutter. The force per tooth is proportional to the chip's thickness, which grows with the sine of the
@@ -80,22 +58,6 @@ pub struct Cutting {
     pub roughness: f64,
 }
 
-/// Sampling of force and acceleration.
-#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Sampling {
-    /// Sampling rate, Hz.
-    pub rate_hz: f64,
-    /// Length of an experiment, s.
-    pub duration_s: f64,
-    /// Band in which displacements are compared, Hz.
-    pub band_hz: [f64; 2],
-    /// Amplitude density of the accelerometer's noise, one-sided, standard gravities.
-    pub acceleration_noise_g_per_sqrt_hz: f64,
-    /// Amplitude density of the force sensor's noise, one-sided.
-    pub force_noise_n_per_sqrt_hz: f64,
-}
-
 /// The contents of the scenario file.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -108,7 +70,7 @@ struct File {
     #[serde(default)]
     bounds: BoundsSection,
     truth: Vec<Truth>,
-    experiment: Vec<Experiment>,
+    experiment: Vec<Entry>,
     force: Cutting,
     measurement: Sampling,
 }
@@ -119,23 +81,6 @@ struct Truth {
     joint: String,
     stiffness: [f64; 6],
     damping: [f64; 6],
-}
-
-impl Sampling {
-    /// Standard deviation of one force sample's noise, N.
-    pub fn force_noise(&self) -> f64 {
-        self.force_noise_n_per_sqrt_hz * (self.rate_hz / 2.0).sqrt()
-    }
-
-    /// Standard deviation of one acceleration sample's noise, m/s².
-    pub fn acceleration_noise(&self) -> f64 {
-        self.acceleration_noise_g_per_sqrt_hz * STANDARD_GRAVITY * (self.rate_hz / 2.0).sqrt()
-    }
-
-    /// Number of samples of one experiment.
-    pub fn samples(&self) -> usize {
-        (self.rate_hz * self.duration_s).round() as usize
-    }
 }
 
 impl Scenario {
@@ -193,16 +138,11 @@ impl Scenario {
         if raw.experiment.is_empty() {
             return Err(bad("no [[experiment]]: give at least one".into()));
         }
-        raw.experiment.iter().try_for_each(|one| one.check(model)).map_err(bad)?;
         raw.force.check().map_err(bad)?;
         raw.measurement.check().map_err(bad)?;
-        Ok(Self {
-            bounds,
-            truth,
-            experiments: raw.experiment,
-            cutting: raw.force,
-            measurement: raw.measurement,
-        })
+        let experiments = raw.experiment.into_iter().map(|one| one.check(model, &raw.measurement));
+        let experiments = experiments.collect::<Result<_, _>>().map_err(bad)?;
+        Ok(Self { bounds, truth, experiments, cutting: raw.force, measurement: raw.measurement })
     }
 
     /// A robot drawn uniformly from the bounds.
@@ -230,7 +170,7 @@ impl Scenario {
         let pose = model.driven().map(|joint| uniform(rng, reach(joint))).collect();
         let feed = [Feed::X, Feed::Y, Feed::Z][uniform(rng, [0.0, 3.0]) as usize];
         let spindle_rpm = [uniform(rng, [600.0, 900.0]), uniform(rng, [3000.0, 5400.0])];
-        Experiment { name: "drawn".into(), pose, spindle_rpm, feed }
+        Experiment { pose, ..Experiment::standing("drawn", spindle_rpm, feed) }
     }
 }
 
@@ -319,32 +259,6 @@ fn rounded(value: f64) -> String {
     four.parse().map_or(four, |value: f64| format!("{value:e}"))
 }
 
-impl Experiment {
-    fn check(&self, model: &Model) -> Result<(), String> {
-        let place = format!("[[experiment]] \"{}\"", self.name);
-        let driven = model.driven().count();
-        if self.pose.len() != driven {
-            return Err(format!(
-                "{place} pose has {}, but the model has {}: one angle a driven joint, base first",
-                count(self.pose.len() as u64, "angle"),
-                count(driven as u64, "driven joint")
-            ));
-        }
-        for (&angle, joint) in self.pose.iter().zip(model.driven()) {
-            let [lower, upper] = joint.limits;
-            if !(lower..=upper).contains(&angle) {
-                return Err(format!(
-                    "{place} pose: {angle} is outside the limits of {}, {lower} to {upper}",
-                    joint.name
-                ));
-            }
-        }
-        self.spindle_rpm
-            .iter()
-            .try_for_each(|&rpm| within(&format!("{place} spindle_rpm"), rpm, 1e6))
-    }
-}
-
 impl Cutting {
     fn check(&self) -> Result<(), String> {
         if !(1..=MOST_TEETH).contains(&self.teeth) {
@@ -356,58 +270,6 @@ impl Cutting {
         not_negative("[force] radial_ratio", self.radial_ratio)?;
         not_negative("[force] axial_ratio", self.axial_ratio)?;
         not_negative("[force] roughness", self.roughness)
-    }
-}
-
-impl Sampling {
-    /// Longest experiment, s. Its fine grid is held in memory.
-    const LONGEST_S: f64 = 120.0;
-
-    fn check(&self) -> Result<(), String> {
-        within("[measurement] rate_hz", self.rate_hz, 20_000.0)?;
-        within("[measurement] duration_s", self.duration_s, Self::LONGEST_S)?;
-        if self.samples() < FEWEST_SAMPLES {
-            return Err(format!(
-                "[measurement] duration_s is {}: must hold at least {FEWEST_SAMPLES} samples, {} s",
-                self.duration_s,
-                FEWEST_SAMPLES as f64 / self.rate_hz
-            ));
-        }
-        let [lower, upper] = self.band_hz;
-        if !(0.0 < lower && lower < upper && upper < self.rate_hz / 2.0) {
-            return Err(format!(
-                "[measurement] band_hz is [{lower}, {upper}]: must be 0 < lower < upper < rate_hz / 2"
-            ));
-        }
-        if (upper - lower) * self.duration_s < 1.0 {
-            return Err(format!(
-                "[measurement] band_hz is [{lower}, {upper}]: must be at least 1 / duration_s wide"
-            ));
-        }
-        let noise = [
-            ("acceleration_noise_g_per_sqrt_hz", self.acceleration_noise_g_per_sqrt_hz),
-            ("force_noise_n_per_sqrt_hz", self.force_noise_n_per_sqrt_hz),
-        ];
-        noise
-            .iter()
-            .try_for_each(|(key, value)| not_negative(&format!("[measurement] {key}"), *value))
-    }
-}
-
-fn within(place: &str, value: f64, most: f64) -> Result<(), String> {
-    if value > 0.0 && value <= most {
-        Ok(())
-    } else {
-        Err(format!("{place} is {value}: must be above 0 and at most {most}"))
-    }
-}
-
-/// Checks that a value lies between 0 and a million. A larger value is an error in the file.
-fn not_negative(place: &str, value: f64) -> Result<(), String> {
-    if (0.0..=1e6).contains(&value) {
-        Ok(())
-    } else {
-        Err(format!("{place} is {value:e}: must lie between 0 and 1e6"))
     }
 }
 
@@ -486,6 +348,46 @@ mod tests {
             let error =
                 Scenario::parse(Path::new("s.toml"), &text, &model()).unwrap_err().to_string();
             assert!(error.starts_with("s.toml:") && error.contains(message), "{error}");
+            assert!(!error.contains('\n'), "{error}");
+        }
+    }
+
+    #[test]
+    fn a_robot_feeds_and_mistakes_in_its_path_are_named() {
+        let text = include_str!("../../scenario/mill3-feed.toml");
+        let parse = |text: &str| Scenario::parse(Path::new("s.toml"), text, &model());
+        let scenario = parse(text).unwrap();
+        let [first, ..] = &scenario.experiments[..] else { panic!("no experiment") };
+        let sampling = first.sampling(&scenario.measurement);
+        assert_eq!((sampling.samples(), sampling.angle_rate_hz()), (44_000, 100.0));
+        // A ramp to 10 mm/s at 100 mm/s² takes 0.2 s.
+        let course = first.course.as_ref().unwrap();
+        assert!((course.ends_s() - 21.2).abs() < 1e-9, "{}", course.ends_s());
+        let often = text.replacen("rate_hz = 2000.0", "rate_hz = 2000.0\nangle_rate_hz = 25.0", 1);
+        let often = parse(&often).unwrap();
+        assert_eq!(often.experiments[0].sampling(&often.measurement).angle_rate_hz(), 25.0);
+        let place = "s.toml: [[experiment]] \"slot, arm half stretched\"";
+        for (right, wrong, message) in [
+            ("[[200.0,", "[[2000.0,", " path_mm: point 1 of 1: after "),
+            ("[[200.0,", "[[1e9,", " path_mm is 1000000000: must lie within 1e5"),
+            ("[[200.0, 0.0, 0.0]]", "[]", " path_mm: moves nowhere"),
+            ("path_mm = [[200.0, 0.0, 0.0]]", "", " feed_mm_per_s is of no use without path_mm"),
+            ("feed_mm_per_s = 10.0", "", " path_mm is given without feed_mm_per_s: give"),
+            ("per_s = 10.0", "per_s = 0.0", " feed_mm_per_s is 0: must be above 0"),
+            (
+                "feed_mm_per_s = 10.0",
+                "feed_mm_per_s = 5.0",
+                " path_mm takes 40.10 s after a rest of 1 s, but the experiment lasts 22 s: give it duration_s = 42",
+            ),
+            (
+                "duration_s = 22.0",
+                "duration_s = 1e-9",
+                " duration_s is 0.000000001: must hold at least",
+            ),
+        ] {
+            assert!(text.contains(right), "{right}");
+            let error = parse(&text.replacen(right, wrong, 1)).unwrap_err().to_string();
+            assert!(error.starts_with(&format!("{place}{message}")), "{error}");
             assert!(!error.contains('\n'), "{error}");
         }
     }

@@ -127,7 +127,9 @@ impl Simulator {
     /// input.
     pub fn with_plant(self, file: &Path, model: &Model) -> Result<Self, BadInput> {
         let plant = Plant::load(file, model)?;
-        plant.check_bushings(&self.truth).map_err(|error| BadInput::new(file, error))?;
+        let feeds = self.scenario.experiments.iter().any(|one| one.course.is_some());
+        let checked = plant.check_bushings(&self.truth).and_then(|()| plant.check_path(feeds));
+        checked.map_err(|error| BadInput::new(file, error))?;
         Ok(Self { plant: Some(plant), ..self })
     }
 
@@ -147,7 +149,8 @@ impl Simulator {
             mounting: self.mounting,
             ..Cut::new(experiment, cutting, measurement, &mut self.rng)
         };
-        let spindle = force::spindle(experiment, measurement);
+        let sampling = experiment.sampling(measurement);
+        let spindle = force::spindle(experiment, &sampling);
         let mut quality = self.quality;
         if self.plant.is_some() {
             // The plant's sensors have added all noise.
@@ -156,11 +159,14 @@ impl Simulator {
         let response = self.respond(&experiment.name, &cut, spindle, tell)?;
         let feed = self.plant.as_ref().map_or(&[][..], |plant| &plant.robot.feed_rad_per_s);
         let pose = |seconds: f64| {
+            if let Some(course) = &cut.course {
+                return course.at(seconds)[..cut.pose.len()].iter().map(|own| own[0]).collect();
+            }
             let rates = feed.iter().chain(std::iter::repeat(&0.0));
             cut.pose.iter().zip(rates).map(|(angle, rate)| angle + seconds * rate).collect()
         };
-        let (measurement, rng) = (&self.scenario.measurement, &mut self.rng);
-        transmission::transmit(&response, pose, measurement, quality, &self.signals, rng)
+        let rng = &mut self.rng;
+        transmission::transmit(&response, pose, &sampling, quality, &self.signals, rng)
             .map_err(|error| BadInput::new(&self.file, format!("cannot be sent: {error}")))
     }
 
@@ -179,6 +185,7 @@ impl Simulator {
         let measurement = &self.scenario.measurement;
         let cut = Cut {
             pose: pose.to_vec(),
+            course: None,
             gravity: self.gravity,
             accelerometer: self.accelerometer,
             mounting: self.mounting,

@@ -17,8 +17,6 @@ const LATENCY_S: f64 = 60e-6;
 const FRAME_S: f64 = 131e-6;
 /// Pause on the bus between two experiments, s.
 pub const PAUSE_S: f64 = 1.0;
-/// Rate of the joint angles, Hz.
-const POSE_RATE_HZ: f64 = 10.0;
 
 /// Quality of sensors and bus.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -74,7 +72,7 @@ pub fn transmit(
     let first_counter = rng.next_u32() & mask;
     let force_noise = quality.noise * sampling.force_noise();
     let acceleration_noise = quality.noise * sampling.acceleration_noise();
-    let pose_every = (sampling.rate_hz / POSE_RATE_HZ).round().max(1.0) as usize;
+    let pose_every = (sampling.rate_hz / sampling.angle_rate_hz()).round().max(1.0) as usize;
 
     let angles = |time_s: f64| {
         let angle = |(joint, value)| Reading::Joint { index: joint as u8, value };

@@ -138,6 +138,7 @@ fn left_over(recording: &str) -> f64 {
     for (experiment, [force, acceleration]) in scenario.experiments.iter().zip(&recorded) {
         let cut = Cut {
             pose: experiment.pose.clone(),
+            course: None,
             gravity: config.gravity.into(),
             accelerometer: config.accelerometer,
             mounting: config.mounting,

@@ -101,12 +101,16 @@ pub(super) fn run(args: &Args) -> Result<()> {
     let robot = simulator.robot(&config.model);
     let mut truth = TruthFile::new(&config.model, simulator.truth(), &simulator.joints(), robot);
     let (mut done, mut frames) = (0, 0);
-    let cut_s = simulator.scenario().measurement.duration_s;
-    let bar = sink.bar(experiments.len() as u64 * args.repeat, cut_s);
+    let sampling = simulator.scenario().measurement;
+    let lasts_s = |experiment: &Experiment| experiment.sampling(&sampling).duration_s;
+    let bar = sink.bar(experiments.iter().map(lasts_s), args.repeat);
+    let mut cut_s = 0.0;
     for experiment in (0..args.repeat).flat_map(|_| &experiments) {
         bar.set_message(format!("simulating experiment {}", done + 1));
-        let sent =
-            simulator.perform(experiment, |share| sink.simulated(&bar, done, share, cut_s))?;
+        let own_s = lasts_s(experiment);
+        let tell = |share| sink.simulated(&bar, cut_s + share * own_s);
+        let sent = simulator.perform(experiment, tell)?;
+        cut_s += own_s;
         bar.set_message(format!("sending experiment {}", done + 1));
         sink.take(&sent, &bar)?;
         done += 1;
@@ -217,21 +221,22 @@ impl Sink {
         Ok(Self::Bus { sender, sent_s: 0.0 })
     }
 
-    /// A bar of the seconds of so many experiments: for a log those of the cuts, for a bus those until their frames are sent, pauses between
-    /// them included.
-    fn bar(&self, experiments: u64, cut_s: f64) -> ProgressBar {
-        let count = experiments as f64;
+    /// A bar of the seconds of these experiments, done `times`: for a log those of the cuts, for a bus those until their frames are sent,
+    /// pauses between them included.
+    fn bar(&self, lasts_s: impl ExactSizeIterator<Item = f64>, times: u64) -> ProgressBar {
+        let count = (lasts_s.len() as u64 * times) as f64;
+        let cuts_s = lasts_s.sum::<f64>() * times as f64;
         let seconds = match self {
-            Self::Log { .. } => count * cut_s,
-            Self::Bus { .. } => count * (cut_s + PAUSE_S) - PAUSE_S,
+            Self::Log { .. } => cuts_s,
+            Self::Bus { .. } => cuts_s + PAUSE_S * (count - 1.0),
         };
         progress::simulated(seconds, "simulating")
     }
 
-    /// Shows that `experiments` and a share of the next one, 0 to 1, are simulated. On a bus those count that are sent.
-    fn simulated(&self, bar: &ProgressBar, experiments: u64, share: f64, cut_s: f64) {
+    /// Shows that so many seconds of cuts are simulated. On a bus those count that are sent.
+    fn simulated(&self, bar: &ProgressBar, cuts_s: f64) {
         if let Self::Log { .. } = self {
-            progress::reached(bar, (experiments as f64 + share) * cut_s);
+            progress::reached(bar, cuts_s);
         }
     }
 

@@ -4,7 +4,6 @@ mod picture;
 mod table;
 
 use anyhow::Result;
-use flexid_prediction::compensation::tool;
 use flexid_prediction::{PositiveEstimate, Robot};
 use rayon::prelude::*;
 use serde::Serialize;
@@ -132,7 +131,7 @@ impl Map {
                 let is_narrow = high - low <= 2.0 * UNCERTAIN * own.value;
                 !is_narrow
             });
-            let tool = tool(robot.chain(), &pose).translation.vector.into();
+            let tool = robot.chain().tool(&pose).translation.vector.into();
             done();
             Cell { pose, tool, value, is_uncertain }
         };

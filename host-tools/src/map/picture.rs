@@ -2,7 +2,6 @@
 
 use anyhow::Result;
 use flexid_prediction::Robot;
-use flexid_prediction::compensation::tool;
 use plotters::prelude::*;
 
 use super::{Cell, Map, UNCERTAIN};
@@ -126,7 +125,7 @@ fn outline(
         match positions {
             None => angles.into(),
             Some(axes) => {
-                let place = tool(robot.chain(), &over.pose(pose, angles)).translation.vector;
+                let place = robot.chain().tool(&over.pose(pose, angles)).translation.vector;
                 (place[axes[0]], place[axes[1]])
             }
         }

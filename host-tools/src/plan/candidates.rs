@@ -180,12 +180,7 @@ impl Candidates<'_> {
                 ramps.push(*spindle_rpm);
             }
         }
-        let cut = |spindle_rpm: [f64; 2], feed: Feed| Experiment {
-            name: "planned".into(),
-            pose: Vec::new(),
-            spindle_rpm,
-            feed,
-        };
+        let cut = |spindle_rpm, feed| Experiment::standing("planned", spindle_rpm, feed);
         let feeds = [Feed::X, Feed::Y, Feed::Z];
         ramps.into_iter().flat_map(|ramp| feeds.map(|feed| cut(ramp, feed))).collect()
     }

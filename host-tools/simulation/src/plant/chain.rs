@@ -1,7 +1,7 @@
 //! The chain that moves, at the pose of a cut.
 //!
-//! Drives stand still or creep, so that it is built anew for each pose: the joint angles are then part of the frames, and a frame can be moved
-//! to the true elastic centre of its bushing.
+//! It is built for each pose: the joint angles are then part of the frames, and a frame can be moved to the true elastic centre of its
+//! bushing. Its mounts say how the frames follow the drives along a path.
 
 use std::f64::consts::SQRT_2;
 
@@ -12,6 +12,7 @@ use nalgebra::{Isometry3, Matrix3, Rotation3, Translation3, UnitQuaternion, Vect
 
 use super::Plant;
 use super::robot::{Bending, Pedestal};
+use crate::course::guide::Mount;
 
 /// Least second moment along an axis, over the largest. Chosen: a Cholesky factor then exists, and no reading shows it.
 const FLAT: f64 = 1e-12;
@@ -25,6 +26,8 @@ pub struct TrueChain {
     pub bushings: Vec<Bushing>,
     /// Joint of [`TrueChain::chain`] for each joint of the model.
     pub index: Vec<usize>,
+    /// How the frames of [`TrueChain::chain`] follow the drives.
+    pub mounts: Vec<Mount>,
     /// Mounting of the sensors as it truly is.
     pub mounting: Mounting,
 }
@@ -32,10 +35,9 @@ pub struct TrueChain {
 impl Plant {
     /// Joint angles that the robot truly has after `seconds` of a cut at `pose`.
     pub fn true_pose(&self, pose: &[f64], seconds: f64) -> Vec<f64> {
-        let or = |list: &[f64], joint: usize| list.get(joint).copied().unwrap_or(0.0);
         let robot = &self.robot;
         let angle = |(joint, q): (usize, &f64)| {
-            q + or(&robot.joint_angle_rad, joint) + seconds * or(&robot.feed_rad_per_s, joint)
+            q + nth(&robot.joint_angle_rad, joint) + seconds * nth(&robot.feed_rad_per_s, joint)
         };
         pose.iter().enumerate().map(angle).collect()
     }
@@ -53,33 +55,43 @@ impl Plant {
     ) -> Result<TrueChain, ChainError> {
         let mut joints: Vec<Joint> = Vec::new();
         let mut all = Vec::new();
-        let mut index = Vec::new();
+        let (mut index, mut mounts) = (Vec::new(), Vec::new());
         if let Some(Pedestal { mass_kg, stiffness, damping }) = self.pedestal {
             // A cube of half a metre.
             let inertia = Matrix3::identity() * mass_kg * 0.25 / 6.0;
             let link = Link { mass: mass_kg, centre_of_mass: Vector3::zeros(), inertia };
             joints.push(fixed(Isometry3::identity(), link));
+            mounts.push(Mount::of_joint(&joints[0], None));
             all.push(Bushing { stiffness, damping });
         }
         // What follows, seen from the frame of the last bushing, has moved by this.
-        let mut moved = Isometry3::identity();
+        let (mut moved, mut places) = (Isometry3::identity(), 0..);
         for ((joint, modelled), q) in model.joints().iter().enumerate().zip(model.angles(pose)) {
             let centre = Translation3::from(vector(&self.robot.elastic_centre_m, joint));
             let origin = moved * modelled.frame(q) * centre;
             let link = self.link(modelled, joint);
-            moved = centre.inverse().into();
             let next = match model.joints().get(joint + 1) {
                 Some(next) => next.origin.translation.vector,
                 None => model.tcp().translation.vector,
             };
             index.push(joints.len());
+            let drive = modelled.drive().and_then(|_| places.next());
+            mounts.push(Mount {
+                before: moved,
+                after: centre.into(),
+                offset: drive.map_or(0.0, |place| nth(&self.robot.joint_angle_rad, place)),
+                ..Mount::of_joint(modelled, drive)
+            });
+            moved = centre.inverse().into();
             all.push(bushings[joint]);
             match &self.bending {
                 Some(bending) if bending.joint == joint + 1 => {
                     let place = Translation3::from(bending.at * next - centre.vector);
                     joints.push(fixed(origin, part(&link, bending.at, &Vector3::zeros())));
                     let outer = part(&link, 1.0 - bending.at, &place.vector);
-                    joints.push(fixed(place.into(), outer));
+                    let bends = fixed(place.into(), outer);
+                    joints.push(bends);
+                    mounts.push(Mount::of_joint(&bends, None));
                     let Bending { stiffness, damping, .. } = *bending;
                     all.push(Bushing { stiffness, damping });
                     moved = place.inverse() * moved;
@@ -92,7 +104,8 @@ impl Plant {
             UnitQuaternion::new(self.tool.angle_rad.into()),
         );
         let chain = Chain::new(&joints, moved * model.tcp() * tool)?;
-        Ok(TrueChain { chain, bushings: all, index, mounting: self.mounting(mounting) })
+        let mounting = self.mounting(mounting);
+        Ok(TrueChain { chain, bushings: all, index, mounts, mounting })
     }
 
     /// The true link, in the frame of its elastic centre.
@@ -157,6 +170,11 @@ fn part(link: &Link, share: f64, place: &Vector3<f64>) -> Link {
         centre_of_mass: link.centre_of_mass - place,
         inertia: share * link.inertia,
     }
+}
+
+/// A joint's entry of a list; 0 where the list is left out.
+fn nth(list: &[f64], joint: usize) -> f64 {
+    list.get(joint).copied().unwrap_or(0.0)
 }
 
 fn vector(list: &[[f64; 3]], joint: usize) -> Vector3<f64> {

@@ -1,9 +1,19 @@
 //! Elements between the two sides of one degree of freedom: their laws, and their past.
 //!
-//! An element acts on the elongation x from rest, so that the static equilibrium stays that of the springs. What depends on the
-//! past is advanced once a step of the integration.
+//! An element acts on the elongation x from rest, so that the static equilibrium stays that of the springs. Friction acts on the whole motion of
+//! a drive, its path and x. What depends on the past is advanced once a step of the integration.
 
+use flexid_core::MAX_JOINTS;
 use flexid_core::motion::{Coordinates, State};
+
+/// Where a robot is.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Place {
+    /// Elongations at rest, m and rad.
+    pub rest: Coordinates,
+    /// Way of each drive from its start along its degree of freedom, rad (m).
+    pub driven: [f64; MAX_JOINTS],
+}
 
 /// Load of an element, N or Nm, at the elongation x, m or rad.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -30,7 +40,9 @@ pub enum Law {
         /// s: elongation of the spring at rest.
         at_rest: f64,
     },
-    /// A spring k in series with a slider that holds up to a limit (Jenkins).
+    /// A spring k in series with a slider that holds up to a limit (Jenkins), along the whole way of the drive. A drive that stands sticks: the
+    /// joint is then stiffer by k, and as stiff as its gear alone. One that feeds faster than it vibrates slips one way, its load stays at the
+    /// limit, and the vibration feels none of it.
     Friction {
         /// k.
         stiffness: f64,
@@ -63,6 +75,16 @@ impl Element {
         Self { joint, dof, law, load: 0.0, elongation: 0.0 }
     }
 
+    /// Elongation that the law acts on.
+    fn way(&self, place: &Place, state: &State) -> f64 {
+        let (joint, dof) = (self.joint, self.dof);
+        let x = state.elongation[joint][dof] - place.rest[joint][dof];
+        match self.law {
+            Law::Friction { .. } => x + place.driven[joint],
+            _ => x,
+        }
+    }
+
     /// Load at elongation `x`, `seconds` after the last step. The rate is taken to be constant between.
     fn load(&self, x: f64, seconds: f64) -> f64 {
         let moved = x - self.elongation;
@@ -88,26 +110,23 @@ impl Element {
     }
 }
 
-/// Loads of all `elements` at `state`, `seconds` after the last step, added to those of each coordinate. `rest` are the elongations at rest.
+/// Loads of all `elements` at `place` and `state`, `seconds` after the last step, added to those of each coordinate.
 pub fn add_loads(
     elements: &[Element],
-    rest: &Coordinates,
+    place: &Place,
     state: &State,
     seconds: f64,
     loads: &mut Coordinates,
 ) {
     for element in elements {
-        let (joint, dof) = (element.joint, element.dof);
-        let x = state.elongation[joint][dof] - rest[joint][dof];
-        loads[joint][dof] += element.load(x, seconds);
+        loads[element.joint][element.dof] += element.load(element.way(place, state), seconds);
     }
 }
 
-/// Ends a step of `seconds` at `state`.
-pub fn advance(elements: &mut [Element], rest: &Coordinates, state: &State, seconds: f64) {
+/// Ends a step of `seconds` at `place` and `state`.
+pub fn advance(elements: &mut [Element], place: &Place, state: &State, seconds: f64) {
     for element in elements {
-        let (joint, dof) = (element.joint, element.dof);
-        let x = state.elongation[joint][dof] - rest[joint][dof];
+        let x = element.way(place, state);
         (element.load, element.elongation) = (element.load(x, seconds), x);
     }
 }

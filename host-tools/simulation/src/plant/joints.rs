@@ -26,10 +26,12 @@ pub struct Joints {
     pub servo: f64,
     /// Frequency of that growth, Hz. Typical: 10.
     pub servo_hz: f64,
-    /// Friction torque of each drive (force of a linear axis), Nm (N). It holds elastically up to this load. Typical: 10 to 100 Nm at
+    /// Friction torque of each drive (force of a linear axis), Nm (N). It holds elastically up to this load, and acts on the whole motion of the
+    /// drive, its path and its vibration. Typical: 10 to 100 Nm at
     /// the axes of a robot of 200 kg payload, a few per cent of the rated torque.
     pub friction: f64,
-    /// Stiffness of the friction before it slips, relative to the drive's. Typical: 0.05.
+    /// Stiffness of the friction before it slips, relative to the drive's: a joint that sticks is as stiff as its gear alone, and stiffer by this
+    /// part than one whose drive gives way. Typical: 0.05.
     pub friction_stiffness: f64,
     /// Free play of each drive, rad (m). A drive that gravity loads lies at one flank. Typical: 1.5e-4 to 3e-4 (0.5 to 1 arcmin: RV and cycloidal gears in data sheets).
     pub backlash: f64,

@@ -90,6 +90,24 @@ impl Plant {
         self.joints.check_bushings(bushings)
     }
 
+    /// Checks that the plant can follow a path, if its robot `feeds`.
+    ///
+    /// # Errors
+    /// As [`Plant::check_bushings`].
+    pub fn check_path(&self, feeds: bool) -> Result<(), String> {
+        let creeps = self.robot.feed_rad_per_s.iter().any(|rate| *rate != 0.0);
+        for (is_there, place) in
+            [(creeps, "[robot] feed_rad_per_s"), (self.hose.is_some(), "[hose]")]
+        {
+            if feeds && is_there {
+                return Err(format!(
+                    "{place} is that of a robot that stands: remove it, or path_mm of the experiments"
+                ));
+            }
+        }
+        Ok(())
+    }
+
     /// The least part of a stiffness of these bushings that hysteresis leaves at rest. A robot in which it is negative gives way.
     pub fn stiffness_at_rest(&self, bushings: &[Bushing]) -> f64 {
         self.joints.stiffness_at_rest(bushings)

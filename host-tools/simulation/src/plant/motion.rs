@@ -12,8 +12,9 @@ use nalgebra::{Vector3, Vector6};
 use rand_core::Rng;
 
 use super::chain::TrueChain;
-use super::elements::{self, Element};
+use super::elements::{self, Element, Place};
 use super::{Hose, Plant, Sensor};
+use crate::course::guide::Guide;
 use crate::experiment::{Cut, Response, STEPS};
 use crate::force::{self, OVERSAMPLING};
 
@@ -42,10 +43,15 @@ pub struct Work<'a> {
 }
 
 /// A robot in motion.
-struct Machine {
+struct Machine<'a> {
     robot: Radau,
     step_s: f64,
+    /// Steps made.
+    steps: usize,
+    /// Elongations at rest where the drives stand or creep.
     rest: Coordinates,
+    /// Motion of the drives along a path.
+    guide: Option<Guide<'a>>,
     elements: Vec<Element>,
     hose: Option<(Hose, Jacobian)>,
     mounting: Mounting,
@@ -107,17 +113,31 @@ impl Plant {
     }
 }
 
-impl Machine {
-    fn new(plant: &Plant, work: Work<'_>) -> Option<Self> {
+impl<'a> Machine<'a> {
+    fn new(plant: &Plant, work: Work<'a>) -> Option<Self> {
         let step_s = 1.0 / (work.cut.rate_hz * STEPS as f64);
         let Still { true_chain, linear, bushings } = still(plant, work, 0.0)?;
         let rest = sag(&linear);
         let start = State { elongation: rest, rate: Coordinates::default() };
         let robot = Radau::new(equation(&true_chain, work.cut, rest)?, start, step_s);
+        let viscous: Vec<_> = bushings.iter().map(|one| plant.joints.viscous(one)).collect();
+        let rest_at = |pose: &[f64]| {
+            let pose = plant.true_pose(pose, 0.0);
+            Some(sag(&linear_at(plant, work, &pose, &viscous)?.1))
+        };
+        let guide = |course| {
+            Guide::new(course, true_chain.mounts.clone(), |pose| rest_at(pose).ok_or(())).ok()
+        };
+        let guide = match &work.cut.course {
+            Some(course) => Some(guide(course)?),
+            None => None,
+        };
         Some(Self {
             robot,
             step_s,
+            steps: 0,
             rest,
+            guide,
             elements: plant.joints.elements(work.model, &bushings, &true_chain.index, &rest),
             hose: plant.hose.map(|hose| (hose, linear.jacobian())),
             mounting: true_chain.mounting,
@@ -137,21 +157,39 @@ impl Machine {
 
     fn reading(&self, force: Vector3<f64>, accelerometer: Accelerometer) -> Reading {
         let state = self.robot.state();
-        let resistance = resistance(&self.elements, &self.hose, &self.rest, state, 0.0);
+        let place = place(&self.guide, &self.rest, self.steps as f64 * self.step_s);
+        let resistance = resistance(&self.elements, &self.hose, &place, state, 0.0);
         let loads = Loads { force, resistance };
         self.robot.equation().reading(state, loads, accelerometer, &self.mounting)
     }
 
     fn step(&mut self, force: impl Fn(f64) -> Vector3<f64>) -> Option<()> {
-        let Self { robot, step_s, rest, elements, hose, .. } = self;
-        if elements.is_empty() && hose.is_none() {
-            return robot.step(force).ok();
+        let Self { robot, step_s, steps, rest, guide, elements, hose, .. } = self;
+        let time = |part: f64| (*steps as f64 + part) * *step_s;
+        let place = |part: f64| place(guide, rest, time(part));
+        let resistance = |part: f64, state: &State| {
+            if elements.is_empty() && hose.is_none() {
+                return Coordinates::default();
+            }
+            resistance(elements, hose, &place(part), state, part * *step_s)
+        };
+        match &*guide {
+            Some(guide) => robot.step_along(|part| guide.travel(time(part)), force, resistance),
+            None => robot.step_against(force, resistance),
         }
-        let resistance =
-            |part: f64, state: &State| resistance(elements, hose, rest, state, part * *step_s);
-        robot.step_against(force, resistance).ok()?;
-        elements::advance(elements, rest, robot.state(), *step_s);
+        .ok()?;
+        let end = place(1.0);
+        elements::advance(elements, &end, robot.state(), *step_s);
+        *steps += 1;
         Some(())
+    }
+}
+
+/// Where a robot is after `seconds`; `standing` are its elongations at rest without a path.
+fn place(guide: &Option<Guide<'_>>, standing: &Coordinates, seconds: f64) -> Place {
+    match guide {
+        Some(guide) => Place { rest: guide.rest(seconds), driven: guide.driven(seconds) },
+        None => Place { rest: *standing, ..Place::default() },
     }
 }
 
@@ -159,12 +197,12 @@ impl Machine {
 fn resistance(
     elements: &[Element],
     hose: &Option<(Hose, Jacobian)>,
-    rest: &Coordinates,
+    place: &Place,
     state: &State,
     seconds: f64,
 ) -> Coordinates {
     let mut loads = Coordinates::default();
-    elements::add_loads(elements, rest, state, seconds, &mut loads);
+    elements::add_loads(elements, place, state, seconds, &mut loads);
     if let Some((hose, jacobian)) = hose {
         let columns = || {
             let joints = jacobian.iter().enumerate();
@@ -174,7 +212,7 @@ fn resistance(
         };
         let mut pull = Vector3::zeros();
         for (j, i, column) in columns() {
-            let moved = state.elongation[j][i] - rest[j][i];
+            let moved = state.elongation[j][i] - place.rest[j][i];
             pull += (hose.stiffness_n_per_m * moved + hose.damping_ns_per_m * state.rate[j][i])
                 * column;
         }
@@ -204,10 +242,22 @@ fn still(plant: &Plant, work: Work<'_>, seconds: f64) -> Option<Still> {
     let loads: Vec<_> = modelled.joints.iter().zip(bushings).map(load).collect();
     let bushings = plant.joints.bushings(model, bushings, &loads, number);
     let viscous: Vec<_> = bushings.iter().map(|one| plant.joints.viscous(one)).collect();
-    let true_chain = plant.robot(model, &pose, &viscous, &cut.mounting).ok()?;
+    let (true_chain, linear) = linear_at(plant, work, &pose, &viscous)?;
+    Some(Still { true_chain, linear, bushings })
+}
+
+/// The robot with these bushings at rest at the true joint angles `pose`.
+fn linear_at(
+    plant: &Plant,
+    work: Work<'_>,
+    pose: &[f64],
+    bushings: &[Bushing],
+) -> Option<(TrueChain, LinearChain)> {
+    let Work { cut, model, .. } = work;
+    let true_chain = plant.robot(model, pose, bushings, &cut.mounting).ok()?;
     let none = vec![0.0; true_chain.bushings.len()];
     let linear = true_chain.chain.linearise(&none, cut.gravity, &true_chain.bushings).ok()?;
-    Some(Still { true_chain, linear, bushings })
+    Some((true_chain, linear))
 }
 
 fn equation(robot: &TrueChain, cut: &Cut, rest: Coordinates) -> Option<EquationOfMotion> {

@@ -12,6 +12,8 @@ use super::*;
 use crate::experiment::{Cut, STEPS};
 use crate::reference::{mill3, model};
 
+mod path;
+
 /// A short cut of the reference robot in gravity.
 fn cut() -> Cut {
     let (scenario, _) = mill3();
@@ -215,10 +217,10 @@ fn impedance(laws: impl Iterator<Item = Law>, hz: f64) -> [f64; 2] {
         let phase = TAU * n as f64 / period as f64;
         state.elongation[0][0] = phase.sin();
         state.rate[0][0] = TAU * hz * phase.cos();
-        elements::advance(&mut past, &rest, &state, STEP);
+        elements::advance(&mut past, &elements::Place::default(), &state, STEP);
         if n > 19 * period {
             let mut loads = rest;
-            elements::add_loads(&past, &rest, &state, 0.0, &mut loads);
+            elements::add_loads(&past, &elements::Place::default(), &state, 0.0, &mut loads);
             parts[0] += loads[0][0] * phase.sin() * 2.0 / period as f64;
             parts[1] += loads[0][0] * phase.cos() * 2.0 / period as f64;
         }
@@ -277,12 +279,12 @@ fn friction_holds_and_slips_and_play_is_free() {
     let rest = flexid_core::motion::Coordinates::default();
     let load = |elements: &[Element], x: f64| {
         let mut loads = rest;
-        elements::add_loads(elements, &rest, &state(x), 0.0, &mut loads);
+        elements::add_loads(elements, &elements::Place::default(), &state(x), 0.0, &mut loads);
         loads[0][0]
     };
     let mut friction = [Element::new(0, 0, Law::Friction { stiffness: 8.0, limit: 2.0 })];
     assert_eq!([0.125, 0.25, 0.5].map(|x| load(&friction, x)), [1.0, 2.0, 2.0]);
-    elements::advance(&mut friction, &rest, &state(0.5), 1e-3);
+    elements::advance(&mut friction, &elements::Place::default(), &state(0.5), 1e-3);
     assert_eq!(load(&friction, 0.375), 1.0, "on the way back it holds at once");
     let play = [Element::new(0, 0, Law::Play { stiffness: 8.0, half: 0.125, at_rest: 0.0 })];
     let with_spring = |x: f64| 8.0 * x + load(&play, x);

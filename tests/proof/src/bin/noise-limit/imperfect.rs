@@ -98,7 +98,7 @@ impl Matrices {
         let pose = plant.true_pose(&cut.pose, 0.0);
         let robot = plant.robot(chain, &pose, bushings, &cut.mounting);
         let robot = robot.map_err(|error| anyhow!("no robot has this plant: {error:?}"))?;
-        let still = Cut { pose: vec![0.0; pose.len()], force: Vec::new(), ..*cut };
+        let still = Cut { pose: vec![0.0; pose.len()], course: None, force: Vec::new(), ..*cut };
         let at_tcp = Equation::new(&robot.chain, bushings, &still);
         let place = Translation3::from(robot.mounting.accelerometer);
         let sensor: Isometry3<f64> = robot.chain.tcp() * place;
