@@ -32,6 +32,7 @@ mod estimate;
 mod judge;
 mod judged;
 mod left_over;
+mod lines;
 mod local_response;
 mod minimum;
 mod noise;

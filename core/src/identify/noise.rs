@@ -4,7 +4,7 @@ use heapless::Vec;
 
 use super::cut_noise;
 use super::shown::Shown;
-use super::{Estimate, Identifier, Phase, tones};
+use super::{Estimate, Identifier, Phase, lines, tones};
 use crate::refine::{Plant, Problem, Unexplained};
 use crate::search::MAX_EXPERIMENTS;
 use crate::spectrum::Experiment;
@@ -39,9 +39,30 @@ impl<R> Identifier<R> {
         let shown: Vec<Shown, MAX_EXPERIMENTS> = records
             .map(|(record, experiment)| self.shown(experiment, plant, estimate, record, bins))
             .collect();
-        // Tones are narrow. In a level they would cost a whole band.
-        tones::subtract(experiments, &shown)
+        // Tones and lines are narrow. In a level they would cost a whole band.
+        let has_lines = self.raise_lines(experiments, plant, estimate);
+        has_lines
+            || tones::subtract(experiments, &shown)
             || estimate.consistency <= FOREIGN && cut_noise::replace(experiments, shown)
+    }
+
+    /// Raises the noise at the lines of the divided records. Returns whether that changes it.
+    #[inline(never)]
+    fn raise_lines<const B: usize>(
+        &mut self,
+        experiments: &mut [Experiment<B>],
+        plant: Option<&Plant>,
+        estimate: &Estimate,
+    ) -> bool {
+        let mut is_raised = false;
+        for (record, experiment) in experiments.iter_mut().enumerate() {
+            if !experiment.is_whole()
+                && let Some(left) = self.unexplained(experiment, plant, estimate, record)
+            {
+                is_raised |= lines::raise(experiment, &left);
+            }
+        }
+        is_raised
     }
 
     /// Noise that the residuals of one record show, of all records' `bins`.

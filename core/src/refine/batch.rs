@@ -11,12 +11,17 @@ use crate::receptance::Complex;
 use crate::receptance::lanes::Lanes;
 use crate::spectrum::{Experiment, Part};
 
+/// Relative change of a reading as a joint moves, 1/rad (1/m). Chosen: a turn by an angle turns the reading by as much.
+const PER_MOVEMENT: f64 = 1.0;
+
 /// The bins of one record.
 pub(super) struct Bins<'a> {
     spacing: f64,
     first_bin: usize,
     /// Distance of the bins that count, 1 where all do.
     every: usize,
+    /// Relative error of the model, squared, as the pose changes.
+    of_movement: f64,
     /// ω₀: the lowest angular frequency of the record.
     lowest: f64,
     /// Per axis real and imaginary parts.
@@ -36,6 +41,7 @@ impl<'a> Bins<'a> {
             spacing: experiment.spacing,
             first_bin: experiment.first_bin,
             every: 1,
+            of_movement: (PER_MOVEMENT * part.moves) * (PER_MOVEMENT * part.moves) / 12.0,
             lowest: experiment.first_bin as f64 * experiment.spacing,
             force: experiment.force.parts(),
             acceleration: experiment.acceleration.parts(),
@@ -75,6 +81,7 @@ impl<'a> Bins<'a> {
             spacing: self.spacing,
             first_bin: self.first_bin + bins.start,
             every: self.every,
+            of_movement: self.of_movement,
             lowest: self.lowest,
             force: cut(&self.force),
             acceleration: cut(&self.acceleration),
@@ -133,7 +140,8 @@ impl<'a> Bins<'a> {
     }
 
     /// Mean squares of the noise of the force, as a sensor of no gain and no filter would have it, and of the acceleration. The
-    /// second includes `η² |A|²/3`, the error of the model that the weights allow for.
+    /// second includes `η² |A|²/3`, the error of the model that the weights allow for; where the robot feeds, also that of a pose which is anywhere
+    /// along its movement with the same probability.
     #[inline(always)]
     pub(super) fn noise(&self, model: &Model, bin: usize) -> [[f64; 3]; 2] {
         let Model { calibration, force_filter, relative_error, .. } = model;
@@ -143,10 +151,11 @@ impl<'a> Bins<'a> {
             force_filter.inverse(Complex::new(0.0, self.omega(bin))).square()
         };
         let mut error = 0.0;
-        if *relative_error != 0.0 {
+        let of_model = relative_error * relative_error + self.of_movement;
+        if of_model != 0.0 {
             let measured = self.measured(bin);
             let square: f64 = measured.as_flattened().iter().map(|part| part * part).sum();
-            error = relative_error * relative_error * square / 3.0;
+            error = of_model * square / 3.0;
         }
         let mut noise = [[0.0; 3]; 2];
         for axis in 0..3 {

@@ -78,6 +78,7 @@ pub(crate) fn record(random: &mut Xoshiro256PlusPlus) -> Record<SAMPLES> {
         start_s: 0.0,
         pose: [0.4, -0.3].into_iter().collect(),
         path: Default::default(),
+        since_s: 0.0,
         rate_hz: 500.0,
         force: noise(400.0),
         acceleration: noise(2.0),

@@ -15,12 +15,13 @@ use core::ops::Range;
 use super::Spectrum;
 
 /// Derivative of the spectrum of three signals. `spectrum` and `by_time`, which is `F(u a)`, have the bins of the `band` in each of so many
-/// `parts`.
+/// `parts`. The delay is zero so many lengths of a part `before` the start of the record.
 pub(super) fn of<const B: usize>(
     spectrum: &Spectrum<B>,
     by_time: &Spectrum<B>,
     band: &Range<usize>,
     parts: usize,
+    before: f64,
 ) -> Spectrum<B> {
     let mut drift = Spectrum::EMPTY;
     for axis in 0..3 {
@@ -29,9 +30,11 @@ pub(super) fn of<const B: usize>(
         let bins = band.clone().cycle();
         for (bin, ((re, im), (timed_re, timed_im))) in bins.zip(own.zip(by_time)) {
             let turn = TAU * (parts * bin) as f32;
+            // By the delay at the start: −iω A.
+            let first = TAU * bin as f32 * before as f32;
             // As many as the spectrum has.
-            let _ = drift.re[axis].push(re + turn * timed_im);
-            let _ = drift.im[axis].push(im - turn * timed_re);
+            let _ = drift.re[axis].push(re + turn * timed_im + first * im);
+            let _ = drift.im[axis].push(im - turn * timed_re - first * re);
         }
     }
     drift
@@ -96,7 +99,7 @@ mod tests {
                 transformed(&reading(STEP, axis), axis, &mut late);
                 transformed(&reading(-STEP, axis), axis, &mut early);
             }
-            let found = of(&plain, &timed, &(FIRST..FIRST + BINS), 1);
+            let found = of(&plain, &timed, &(FIRST..FIRST + BINS), 1, 0.0);
             for axis in 0..3 {
                 let [mut apart, mut all] = [0.0; 2];
                 let parts = [[&found.re, &late.re, &early.re], [&found.im, &late.im, &early.im]];

@@ -14,7 +14,7 @@ use super::tone::{MAX_TONES, Tone};
 use super::{drift, fft};
 use crate::chain::Chain;
 use crate::noise::NoiseShape;
-use crate::stream::{MAX_PARTS, Record};
+use crate::stream::{MAX_PARTS, Record, Stage};
 
 /// A record is of no use if its force power in the band is at most this many times that of the noise. The fit weighs its estimate
 /// of the force as if no noise were left in it.
@@ -30,8 +30,8 @@ fn is_absent(signal: &[f32], noise: f32) -> bool {
 pub struct Experiment<const B: usize> {
     /// Mean joint angles, rad (m).
     pub pose: Pose,
-    /// Joint angles of each [part](Experiment::parts), rad (m). There is at least one.
-    pub path: Vec<Pose, MAX_PARTS>,
+    /// Stage of each [part](Experiment::parts). There is at least one.
+    pub path: Vec<Stage, MAX_PARTS>,
     /// Number of parts into which the record was divided, with those that are left out.
     pub divided: usize,
     /// Point at which the force acts, from the TCP, TCP axes, m.
@@ -106,7 +106,7 @@ impl<const B: usize> Experiment<B> {
         let stages = part::stages(record, whole.len());
         let divided = stages.len();
         let even = || stages.iter().filter(|stage| stage.is_even);
-        let path: Vec<Pose, MAX_PARTS> = even().map(|stage| stage.pose.clone()).collect();
+        let path: Vec<Stage, MAX_PARTS> = even().cloned().collect();
         if path.is_empty() {
             return Err(SpectrumError::Uneven);
         }
@@ -172,7 +172,8 @@ impl<const B: usize> Experiment<B> {
         if force.power() <= LEAST_FORCE * noise {
             return Err(SpectrumError::NoForce);
         }
-        let drift = drift::of(&acceleration, &by_time, &band, divided);
+        let drift =
+            drift::of(&acceleration, &by_time, &band, divided, record.since_s * spacing / TAU);
         let thinned = ThinnedSpectra::new(record, whole, buffer)?;
         Ok(Self {
             pose: record.pose.clone(),
@@ -196,8 +197,9 @@ impl<const B: usize> Experiment<B> {
     /// The parts of the record, as they follow each other: one where the robot stands.
     pub fn parts<'a>(&'a self) -> impl Iterator<Item = Part<'a>> {
         let (bins, point) = (self.bins_of_part(), self.point.into());
-        let part = move |(part, pose): (usize, &'a Pose)| Part {
-            site: Site { pose, point },
+        let part = move |(part, stage): (usize, &'a Stage)| Part {
+            site: Site { pose: &stage.pose, point },
+            moves: stage.moves,
             bins: part * bins..(part + 1) * bins,
         };
         self.path.iter().enumerate().map(part)

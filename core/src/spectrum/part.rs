@@ -24,6 +24,8 @@ pub(super) type Pose = Vec<f64, MAX_JOINTS>;
 pub struct Part<'a> {
     /// Where the force acts.
     pub site: Site<'a>,
+    /// Largest movement of a joint, rad (m).
+    pub moves: f64,
     /// Its bins among those of the record, in ascending order of their frequencies.
     pub bins: Range<usize>,
 }
@@ -32,7 +34,7 @@ pub struct Part<'a> {
 pub(super) fn stages<const N: usize>(record: &Record<N>, bins: usize) -> Vec<Stage, MAX_PARTS> {
     let mut stages = record.path.clone();
     if stages.is_empty() {
-        let _ = stages.push(Stage { pose: record.pose.clone(), is_even: true });
+        let _ = stages.push(Stage { pose: record.pose.clone(), moves: 0.0, is_even: true });
     }
     let samples = record.force[0].len();
     while stages.len() > 1
@@ -40,6 +42,7 @@ pub(super) fn stages<const N: usize>(record: &Record<N>, bins: usize) -> Vec<Sta
     {
         let both = |pair: &[Stage]| Stage {
             pose: mean(pair),
+            moves: pair.iter().map(|stage| stage.moves).sum(),
             is_even: pair.iter().all(|stage| stage.is_even),
         };
         stages = stages.chunks(2).map(both).collect();

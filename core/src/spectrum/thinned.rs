@@ -185,6 +185,7 @@ mod tests {
             start_s: 0.0,
             pose: Default::default(),
             path: Default::default(),
+            since_s: 0.0,
             rate_hz: RATE_HZ,
             has_doubtful_rate: false,
             force: signal(onset, 1.0),

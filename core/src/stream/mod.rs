@@ -113,6 +113,7 @@ impl<const N: usize> Stream<N> {
                 start_s: 0.0,
                 pose: Vec::new(),
                 path: Vec::new(),
+                since_s: 0.0,
                 rate_hz: config.rate_hz,
                 has_doubtful_rate: false,
                 force: [const { Vec::new() }; 3],
@@ -295,7 +296,9 @@ impl<const N: usize> Stream<N> {
         }
         self.stretch.feeds = has_fed;
         let is_short = (1..self.config.record_samples).contains(&standing);
-        if self.stretch.cutting && is_short && !self.stretch.has_given_full {
+        // A robot that stands for a while and then feeds loses nothing.
+        let leaps = self.stretch.leaps(standing, joint);
+        if self.stretch.cutting && is_short && leaps && !self.stretch.has_given_full {
             let health = &mut self.health.angles[joint];
             let smallest = if health.ended == 0 { f64::INFINITY } else { health.ended_by };
             (health.ended, health.ended_by) = (health.ended + 1, smallest.min(doubt.by));

@@ -306,6 +306,7 @@ impl Pose {
         let beside = |part: usize| part.saturating_sub(1)..(part + 2).min(parts);
         let stage = |part| Stage {
             pose: angles.iter().map(|angle| angle.track.mean(ends(part))).collect(),
+            moves: angles.iter().map(|angle| angle.track.extent(ends(part))).fold(0.0, f64::max),
             is_even: beside(part).all(is_even),
         };
         (0..parts).map(stage).collect()

@@ -15,6 +15,8 @@ pub const MAX_PARTS: usize = 32;
 pub struct Stage {
     /// Mean joint angles, rad (m).
     pub pose: Vec<f64, MAX_JOINTS>,
+    /// Largest movement of a joint, rad (m).
+    pub moves: f64,
     /// True if the robot moves evenly. If it does not, its drives shake it, which no sensor of force sees.
     pub is_even: bool,
 }
@@ -30,6 +32,10 @@ pub struct Record<const N: usize> {
     /// Where the robot is in each of as many equal parts of the record, a power of two; empty where it stands. A state keeps it beside the record.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub path: Vec<Stage, MAX_PARTS>,
+    /// Time from the start of the first of the records along a path that follow each other without a gap to the start of this one, s. A state keeps it
+    /// beside the record.
+    #[cfg_attr(feature = "serde", serde(skip))]
+    pub since_s: f64,
     /// Sampling rate, Hz. It is the mean of the measured and the configured rate, weighted by their variances, where the two agree.
     /// Where they do not, it is the measured rate if that is known to 50 ppm, else the configured rate.
     pub rate_hz: f64,

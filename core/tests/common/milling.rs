@@ -231,6 +231,7 @@ pub(crate) fn record(
         start_s: 0.0,
         pose: heapless::Vec::from_slice(pose).expect("a pose fits"),
         path: heapless::Vec::new(),
+        since_s: 0.0,
         rate_hz: RATE,
         force: [const { heapless::Vec::new() }; 3],
         acceleration: [const { heapless::Vec::new() }; 3],

@@ -62,6 +62,7 @@ fn record(trial: &Trial, sampling: &Sampling, rng: &mut impl Rng) -> Box<Record<
         start_s: 0.0,
         pose: trial.pose.iter().copied().collect(),
         path: Default::default(),
+        since_s: 0.0,
         rate_hz: sampling.rate_hz,
         force: noisy(&trial.response.force, force),
         acceleration: noisy(&trial.response.acceleration, acceleration),

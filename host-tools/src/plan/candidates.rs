@@ -205,6 +205,7 @@ impl Candidates<'_> {
             start_s: 0.0,
             pose: self.config.model.driven().map(|_| 0.0).collect(),
             path: Default::default(),
+            since_s: 0.0,
             rate_hz: sampling.rate_hz,
             force: [0, 1, 2].map(along),
             acceleration: [0, 1, 2].map(|_| std::iter::repeat_n(0.0, samples).collect()),

@@ -352,8 +352,8 @@ fn the_jackknife_agrees_with_the_noise() {
             let experiment =
                 Experiment::<BINS>::new(&chain, &measurement, &record, &mut [0.0; SAMPLES]);
             let mut experiment = experiment.unwrap();
-            experiment.path[0] = pose.into_iter().collect();
-            experiment.pose.clone_from(&experiment.path[0]);
+            experiment.path[0].pose = pose.into_iter().collect();
+            experiment.pose.clone_from(&experiment.path[0].pose);
             let model =
                 modelled::perfect(&problem, &sought.coordinates(&bushings()), Site::tcp(&pose))
                     .unwrap();

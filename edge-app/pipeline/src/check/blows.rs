@@ -105,6 +105,7 @@ mod tests {
             start_s: 0.0,
             pose: Default::default(),
             path: Default::default(),
+            since_s: 0.0,
             rate_hz: RATE_HZ,
             has_doubtful_rate: false,
             force: [none(), (0..SAMPLES as u32).map(force).collect(), none()],

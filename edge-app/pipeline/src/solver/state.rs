@@ -68,16 +68,16 @@ mod with_path {
         records: &[Arc<Record>],
         serializer: S,
     ) -> Result<S::Ok, S::Error> {
-        serializer.collect_seq(records.iter().map(|record| (record, &record.path)))
+        serializer.collect_seq(records.iter().map(|record| (record, &record.path, record.since_s)))
     }
 
     pub(super) fn deserialize<'de, D: Deserializer<'de>>(
         deserializer: D,
     ) -> Result<Vec<Arc<Record>>, D::Error> {
         type Path = heapless::Vec<Stage, MAX_PARTS>;
-        let records: Vec<(Box<Record>, Path)> = Vec::deserialize(deserializer)?;
-        let with_path = |(mut record, path): (Box<Record>, Path)| {
-            record.path = path;
+        let records: Vec<(Box<Record>, Path, f64)> = Vec::deserialize(deserializer)?;
+        let with_path = |(mut record, path, since_s): (Box<Record>, Path, f64)| {
+            (record.path, record.since_s) = (path, since_s);
             Arc::from(record)
         };
         Ok(records.into_iter().map(with_path).collect())

@@ -188,6 +188,7 @@ impl Reference {
             start_s: 0.0,
             pose: pose.iter().copied().collect(),
             path: Default::default(),
+            since_s: 0.0,
             rate_hz: sampling.rate_hz,
             force: [column(0), column(1), column(2)],
             acceleration: [column(3), column(4), column(5)],

@@ -200,6 +200,7 @@ mod tests {
             start_s: 0.0,
             pose: [0.3].into_iter().collect(),
             path: Default::default(),
+            since_s: 0.0,
             rate_hz: RATE_HZ,
             has_doubtful_rate: false,
             force: Default::default(),

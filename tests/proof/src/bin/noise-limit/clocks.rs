@@ -266,6 +266,7 @@ fn as_in_study(record: &flexid_pipeline::Record) -> Record {
         start_s: record.start_s,
         pose: record.pose.clone(),
         path: record.path.clone(),
+        since_s: record.since_s,
         rate_hz: record.rate_hz,
         has_doubtful_rate: record.has_doubtful_rate,
         force: all(&record.force),

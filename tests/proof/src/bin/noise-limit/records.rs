@@ -54,6 +54,7 @@ impl<'a> Signals<'a> {
             start_s: 0.0,
             pose: self.pose.iter().copied().collect(),
             path: Default::default(),
+            since_s: 0.0,
             rate_hz: sampling.rate_hz,
             force: along(self.force),
             acceleration: along(self.acceleration),
