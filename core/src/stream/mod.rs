@@ -1,4 +1,4 @@
-//! From readings as they come off the bus to records: aligned by counter, gaps bridged, cut at a static pose.
+//! From readings as they come off the bus to records: aligned by counter, gaps bridged, cut at a static pose or along a path.
 //!
 //! A record starts up to a second before the cut, so that the noise can be read from it. The configuration gives its length. If the
 //! robot leaves its pose, the sensor starts anew or a gap is too long to be bridged, the samples so far become records whose lengths are
@@ -38,6 +38,7 @@ pub use record::{MAX_PARTS, Record, Stage};
 pub use sender::CYCLE_S;
 pub use setup::Setup;
 pub use spikes::SPIKE_CONTEXT;
+pub use stretch::LEAP;
 use stretch::Stretch;
 
 use crate::MAX_JOINTS;

@@ -41,7 +41,7 @@ const WITHIN_PART: f64 = 0.01;
 const LEAST_PARTS: usize = 8;
 /// A movement farther than this between two readings, or in the shortest part of a record, is no feed, rad (m). Chosen: three times what a part may
 /// move; a robot of 1 m reach feeds no faster than 230 mm/s.
-const LEAP: f64 = 3.0 * WITHIN_PART;
+pub const LEAP: f64 = 3.0 * WITHIN_PART;
 /// Largest movement of a joint within a record, rad (m): the search takes one pose for all of it. Chosen: modes change by a tenth of their frequency,
 /// as much as the search's line is wide at 20 Hz.
 const WITHIN_RECORD: f64 = 0.2;

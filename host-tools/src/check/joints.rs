@@ -1,6 +1,7 @@
 //! Judges the joint angles: wrong frames, steps of a signal, angles that come no more, and why a cut ended.
 
-use flexid_core::stream::STATIC;
+use flexid_core::spectrum::fft::MIN_SAMPLES;
+use flexid_core::stream::{LEAP, STATIC};
 use flexid_pipeline::check::{Identifier, Survey};
 use flexid_pipeline::config::Config;
 use flexid_pipeline::text::count;
@@ -106,7 +107,7 @@ fn of_steps(config: &Config, survey: &Survey, joint: usize, signal: &str) -> Opt
     })
 }
 
-/// Joints that ended cuts before the length of a record, where there are fewer records than cuts.
+/// Joints that ended cuts before the length of a record since they moved faster than a feed, where there are fewer records than cuts.
 fn of_ends(config: &Config, survey: &Survey) -> Option<Finding> {
     let full_s = config.record_samples as f64 / config.rate_hz;
     let is_full = |seconds: f64| seconds > 0.75 * full_s;
@@ -126,16 +127,14 @@ fn of_ends(config: &Config, survey: &Survey) -> Option<Finding> {
             let times =
                 if angle.ended == 1 { "once".to_owned() } else { format!("{} times", angle.ended) };
             let unit = unit(config, joint);
-            format!(
-                "{signal} moved by {:.4} {unit} or more {times} (more than {:.4} {unit} ends a record)",
-                angle.ended_by,
-                STATIC.max(step(config, survey, joint)),
-            )
+            format!("{signal} moved by {:.4} {unit} or more {times}", angle.ended_by)
         })
         .collect();
     (!moved.is_empty()).then(|| {
-        let finding = format!("{} while something was cut", enumerate(moved));
-        let mend = "hold the joints while you cut, or let the controller send steadier angles";
+        let finding = format!("{}, faster than a feed, while something was cut", enumerate(moved));
+        let mend = format!(
+            "feed by no more than {LEAP} rad (m) in {MIN_SAMPLES} samples, and let the controller send as small steps"
+        );
         Finding::new(unless_all_is_lost(survey), ABOUT, finding, mend)
     })
 }
@@ -165,18 +164,17 @@ mod tests {
         assert!(said.contains("q2 reads 0.3000 rad, away from its pose for a moment, in 2 frames"));
     }
 
-    /// A coarse signal ends a record by more than one step of its own, not by what is that of others.
     #[test]
-    fn what_ends_a_record_is_that_of_the_joint() {
+    fn joints_that_end_records_are_named() {
         let (config, mut survey) = (config(), good());
         survey.records.clear();
-        for (joint, step) in [(0, 0.0), (1, 0.002)] {
+        for (joint, times) in [(0, 1), (1, 3)] {
             let angle = &mut survey.counts.stream.angles[joint];
-            (angle.ended, angle.ended_by, angle.step) = (3, 0.0045, step);
+            (angle.ended, angle.ended_by) = (times, 0.045);
         }
         let said = said(&config, &survey);
-        let expected = "q1 moved by 0.0045 rad or more 3 times (more than 0.0005 rad ends a record) and \
-                        q2 moved by 0.0045 rad or more 3 times (more than 0.0020 rad ends a record) while something was cut";
+        let expected = "q1 moved by 0.0450 rad or more once and q2 moved by 0.0450 rad or more 3 times, \
+                        faster than a feed, while something was cut";
         assert!(said.contains(expected), "{said}");
     }
 

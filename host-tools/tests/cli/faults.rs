@@ -257,7 +257,7 @@ fn an_angle_of_coarse_steps_gives_records_and_its_step_is_named() {
     stated.only_says(&[said]);
 }
 
-/// A joint that moves now and then by more than a pose may change.
+/// A joint that moves now and then faster than a robot feeds.
 #[test]
 fn a_joint_that_ends_each_record_is_named() {
     let (folder, lines) = good();
@@ -266,14 +266,14 @@ fn a_joint_that_ends_each_record_is_named() {
         let mut line = line.clone();
         if line.joint() == Some(2) {
             count += 1;
-            line.set_angle(line.angle() + 1000 * (count / 2));
+            line.set_angle(line.angle() + 40_000 * (count / 2));
         }
         line.text()
     };
     let checked = check(&folder, lines.iter().map(moves).collect::<Vec<_>>());
     assert_eq!((checked.records(), checked.is_ready()), ([0, 0], false));
-    checked.says("q2 moved by 0.0010 rad or more ");
-    checked.says(" times (more than 0.0005 rad ends a record) while something was cut");
+    checked.says("q2 moved by 0.0400 rad or more ");
+    checked.says(" times, faster than a feed, while something was cut");
 }
 
 /// The counters of the sensors run on from cut to cut.

@@ -9,7 +9,7 @@ use super::Solver;
 use crate::check::Excitation;
 use crate::record::{BINS, Experiment, Record};
 
-/// A record that an estimate rests on.
+/// A record that an estimate rests on. That of a robot that feeds is its middle part.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FittedRecord {
     /// Number among all records that came, from 1.
@@ -20,11 +20,11 @@ pub struct FittedRecord {
     pub rate_hz: f64,
     /// True if the measured rate contradicts the configured one.
     pub has_doubtful_rate: bool,
-    /// Number of samples of each signal.
+    /// Number of samples of each signal, of the part.
     pub samples: usize,
     /// True if the robot rests when the record starts.
     pub starts_at_rest: bool,
-    /// Joint angles, rad (m).
+    /// Joint angles of the part, rad (m).
     pub pose: Vec<f64>,
     /// Number of tones that have been subtracted from the acceleration.
     pub tones: usize,
@@ -94,16 +94,19 @@ impl FittedRecord {
         left: &[BinLeft],
         band_hz: [f64; 2],
     ) -> Self {
+        let middle = experiment.path.len() / 2;
+        let part = experiment.parts().nth(middle).map_or(0..0, |part| part.bins);
         let bin = |own: &BinLeft| {
-            let part =
-                |part: &[heapless::Vec<f32, BINS>; 3], axis: usize| f64::from(part[axis][own.bin]);
+            let at = |parts: &[heapless::Vec<f32, BINS>; 3], axis: usize| {
+                f64::from(parts[axis][own.bin])
+            };
             let both = |spectrum: &Spectrum<BINS>| {
-                std::array::from_fn(|axis| [part(&spectrum.re, axis), part(&spectrum.im, axis)])
+                std::array::from_fn(|axis| [at(&spectrum.re, axis), at(&spectrum.im, axis)])
             };
             FittedBin {
                 frequency_hz: experiment.omega(own.bin) / TAU,
                 force: both(&experiment.force),
-                force_noise: std::array::from_fn(|axis| part(&experiment.force_noise, axis)),
+                force_noise: std::array::from_fn(|axis| at(&experiment.force_noise, axis)),
                 measured: both(&experiment.acceleration),
                 left: own.left,
                 noise: own.noise,
@@ -114,12 +117,12 @@ impl FittedRecord {
             start_s: record.start_s,
             rate_hz: record.rate_hz,
             has_doubtful_rate: record.has_doubtful_rate,
-            samples: record.force[0].len(),
+            samples: record.force[0].len() / experiment.divided,
             starts_at_rest: record.starts_at_rest,
-            pose: record.pose.to_vec(),
+            pose: experiment.path[middle].pose.to_vec(),
             tones: experiment.tones.len(),
             excitation: Excitation::of(experiment, band_hz),
-            bins: left.iter().map(bin).collect(),
+            bins: left.iter().filter(|own| part.contains(&own.bin)).map(bin).collect(),
         }
     }
 }
