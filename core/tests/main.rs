@@ -4,6 +4,7 @@ mod bad_data;
 mod common;
 mod cut_noise;
 mod distortion;
+mod feed;
 mod hold_out;
 mod identify;
 mod information;

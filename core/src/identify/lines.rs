@@ -93,3 +93,6 @@ fn most_of_noise(parts: usize) -> f64 {
     let part = 2.0 / (9.0 * (2 * parts - UNKNOWNS) as f64);
     libm::pow(1.0 - part + RARE * libm::sqrt(part), 3.0)
 }
+
+#[cfg(test)]
+mod tests;

@@ -151,3 +151,6 @@ fn leverage(factor: &RecordNormal, row: &[f64]) -> f64 {
     }
     sum
 }
+
+#[cfg(test)]
+mod tests;

@@ -3,6 +3,8 @@
 //! It is checked where it is hard: beside a minimum, so that the residuals are large; with as much noise in the force as
 //! in the acceleration, so that the weights move with the parameters; and with the seam found anew at every point.
 
+pub(crate) mod divided;
+
 use fearless_simd::Level;
 use nalgebra::{Isometry3, Matrix3, Rotation3, Unit, Vector3};
 use proptest::prelude::*;

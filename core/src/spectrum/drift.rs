@@ -53,26 +53,33 @@ mod tests {
 
     const SAMPLES: usize = 1024;
     const RATE_HZ: f64 = 500.0;
+    /// Bins of all parts together.
     const BINS: usize = 200;
     const FIRST: usize = 4;
-    /// Step of a difference. The delay of the end then changes by a fifth of a millisecond.
-    const STEP: f64 = 1e-4;
+    /// Step of a difference. The delay of the end then changes by a fifth of a millisecond at most.
+    const STEP: f64 = 3e-5;
 
     proptest! {
         #![proptest_config(ProptestConfig { failure_persistence: None, rng_seed: RngSeed::Fixed(5), ..ProptestConfig::with_cases(16) })]
 
-        /// Holds for oscillations that begin and end in the record, so that nothing jumps at its seam.
+        /// Holds for oscillations that begin and end in each part of the record, so that nothing jumps at its seam. The delay is zero so many
+        /// lengths of a part before the record.
         #[test]
         fn drift_equals_differences_of_late_readings(
             hz in 5.0_f64..30.0,
             rate in -2.0_f64..2.0,
             phase in 0.0_f64..6.0,
+            parts in prop_oneof![Just(1_usize), Just(2), Just(4)],
+            before in prop_oneof![Just(0.0), 0.0_f64..2.0],
         ) {
+            let length = SAMPLES / parts;
+            let each = BINS / parts;
             let reading = |drift: f64, axis: usize| -> Vec<f32, SAMPLES> {
                 (0..SAMPLES).map(|n| {
-                    let t = n as f64 / RATE_HZ * (1.0 - drift);
+                    let delayed = n as f64 + before * length as f64;
+                    let t = (n as f64 - drift * delayed) / RATE_HZ;
                     let own = 1.0 + axis as f64;
-                    let swelling = libm::sin(PI * t * RATE_HZ / SAMPLES as f64);
+                    let swelling = libm::sin(PI * t * RATE_HZ / length as f64);
                     let size = swelling * swelling * libm::exp(rate * t);
                     (size * libm::cos(own * TAU * hz * t + phase)) as f32
                 }).collect()
@@ -80,10 +87,11 @@ mod tests {
             let transformed = |signal: &[f32], axis: usize, spectrum: &mut Spectrum<BINS>| {
                 let mut buffer = [0.0; SAMPLES];
                 buffer.copy_from_slice(signal);
-                let bins = fft::real_transform(&mut buffer).unwrap();
-                for bin in &bins[FIRST..FIRST + BINS] {
-                    spectrum.re[axis].push(bin.re / RATE_HZ as f32).unwrap();
-                    spectrum.im[axis].push(bin.im / RATE_HZ as f32).unwrap();
+                for part in buffer.chunks_exact_mut(length) {
+                    for bin in &fft::real_transform(part).unwrap()[FIRST..FIRST + each] {
+                        spectrum.re[axis].push(bin.re / RATE_HZ as f32).unwrap();
+                        spectrum.im[axis].push(bin.im / RATE_HZ as f32).unwrap();
+                    }
                 }
             };
             let [mut plain, mut timed, mut late, mut early] = [const { Spectrum::EMPTY }; 4];
@@ -99,7 +107,7 @@ mod tests {
                 transformed(&reading(STEP, axis), axis, &mut late);
                 transformed(&reading(-STEP, axis), axis, &mut early);
             }
-            let found = of(&plain, &timed, &(FIRST..FIRST + BINS), 1, 0.0);
+            let found = of(&plain, &timed, &(FIRST..FIRST + each), parts, before);
             for axis in 0..3 {
                 let [mut apart, mut all] = [0.0; 2];
                 let parts = [[&found.re, &late.re, &early.re], [&found.im, &late.im, &early.im]];

@@ -56,3 +56,6 @@ pub(super) fn mean(stages: &[Stage]) -> Pose {
     let sum = |joint: usize| stages.iter().map(|stage| stage.pose[joint]).sum::<f64>();
     (0..joints).map(|joint| sum(joint) / stages.len() as f64).collect()
 }
+
+#[cfg(test)]
+mod tests;

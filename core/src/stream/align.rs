@@ -217,6 +217,11 @@ impl Aligner {
         self.newest.is_some()
     }
 
+    /// Number of instants that wait for their frames.
+    pub(super) fn waiting(&self) -> usize {
+        self.open.len()
+    }
+
     /// Delivers all open instants and ends the sequence.
     pub(super) fn flush(
         &mut self,

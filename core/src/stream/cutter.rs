@@ -47,7 +47,14 @@ impl<const N: usize> Cutter<'_, N> {
                 if self.stretch.feeds
                     && let Some(samples) = self.stretch.fed(self.config)
                 {
-                    return self.emit(samples, health, sink);
+                    let overflows = self.stretch.overflows();
+                    self.emit(samples, health, sink);
+                    if overflows {
+                        // The samples that came since it was full are lost, so that the next ones do not follow on.
+                        health.samples_discarded += self.stretch.len() as u64;
+                        self.stretch.clear_samples();
+                    }
+                    return;
                 }
                 // The end of a record may lie in a movement that only the next angle shows.
                 let standing =

@@ -264,7 +264,8 @@ impl<const N: usize> Stream<N> {
             angles[joint] = Some((angle, time_s));
             return;
         }
-        let (samples, signal) = (self.stretch.came(), self.config.angles[joint]);
+        let samples = self.stretch.came() + self.aligner.waiting();
+        let signal = self.config.angles[joint];
         let spacing = self.config.record_samples / (2 * MAX_PARTS);
         let pose = &mut self.stretch.pose;
         if let Some(wrong) = pose.read(joint, angle, time_s, samples, &signal, spacing) {
@@ -291,14 +292,17 @@ impl<const N: usize> Stream<N> {
     /// stretch.
     fn moved(&mut self, joint: usize, doubt: &Doubt, sink: &mut impl FnMut(&Record<N>)) {
         let has_fed = self.stretch.feeds;
-        let standing = if has_fed { doubt.since } else { self.stretch.standing(&self.config) };
+        let standing = match has_fed {
+            true => doubt.since.min(self.stretch.len()),
+            false => self.stretch.standing(&self.config),
+        };
         if self.stretch.feeds_from(standing, joint, &self.config) {
             return self.stretch.pose.settle(joint);
         }
         self.stretch.feeds = has_fed;
         let is_short = (1..self.config.record_samples).contains(&standing);
         // A robot that stands for a while and then feeds loses nothing.
-        let leaps = self.stretch.leaps(standing, joint);
+        let leaps = (0..self.config.joints).any(|joint| self.stretch.leaps(standing, joint));
         if self.stretch.cutting && is_short && leaps && !self.stretch.has_given_full {
             let health = &mut self.health.angles[joint];
             let smallest = if health.ended == 0 { f64::INFINITY } else { health.ended_by };

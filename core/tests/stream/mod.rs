@@ -3,6 +3,7 @@
 mod angles;
 mod any;
 mod clock;
+mod feed;
 mod invalid;
 mod movements;
 mod restarts;

@@ -201,6 +201,8 @@ impl Plant {
 }
 
 #[cfg(test)]
+mod divided_tests;
+#[cfg(test)]
 mod static_tests;
 #[cfg(test)]
 mod tests;

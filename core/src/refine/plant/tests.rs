@@ -299,7 +299,7 @@ pub(super) fn plant() -> Box<Plant> {
     on_large_stack(|| Box::new(Plant::new(&Accuracies::typical(), &chain())))
 }
 
-fn on_large_stack<T: Send + 'static>(run: impl FnOnce() -> T + Send + 'static) -> T {
+pub(super) fn on_large_stack<T: Send + 'static>(run: impl FnOnce() -> T + Send + 'static) -> T {
     std::thread::Builder::new().stack_size(16 << 20).spawn(run).unwrap().join().unwrap()
 }
 

@@ -1,0 +1,80 @@
+//! A divided record on an imperfect plant is as many records as it has parts, if no imperfection is of a single record.
+
+use std::boxed::Box;
+
+use super::super::Refinement;
+use super::super::objective::Objective as _;
+use super::super::tests::divided::{PARTS, apart, divided_and_alone};
+use super::super::tests::{BINS, bounds, bushings, chain, measurement, problem};
+use super::tests::on_large_stack;
+use super::*;
+use crate::sought::Sought;
+use crate::spectrum::Experiment;
+
+/// The order of the sums differs: 1e-9 is a thousand times the rounding of the elimination of a seam.
+#[test]
+fn a_divided_record_is_the_sum_of_its_parts() {
+    on_large_stack(compare_with_the_sum_of_parts);
+}
+
+fn compare_with_the_sum_of_parts() {
+    let (chain, bounds) = (chain(), bounds());
+    let measurement = crate::spectrum::Measurement { gravity: [0.0, 0.0, -9.81], ..measurement() };
+    let sought = Sought::parameters_of(&chain);
+    let problem = problem(&chain, &measurement, &bounds, &sought);
+    let accuracies =
+        Accuracies { record_delay: 0.0, record_stiffness: 0.0, ..Accuracies::typical() };
+    let (divided, alone) = divided_and_alone(&measurement);
+    let mut refinement = Box::new(Refinement::new(&sought, &bushings()));
+    let mut plant = Box::new(Plant::new(&accuracies, &chain));
+    let mut evaluate = |experiments: &[Experiment<BINS>]| {
+        refinement.restart_plant(&mut plant, experiments.len());
+        let count = plant.imperfections.all.len();
+        plant.point.imperfections[..count].fill(0.3);
+        let (_, mut objective, _, point) =
+            refinement.minimisation(&problem, experiments, &mut plant);
+        let cost = objective.cost(point);
+        let mut normal = Box::new(Normal::new());
+        objective.linearise(point, &mut normal).unwrap();
+        (cost, normal, count)
+    };
+    let (cost, normal, count) = evaluate(core::slice::from_ref(&*divided));
+    let (sum, of_parts, of_alone) = evaluate(&alone);
+    assert!(count > 20 && count == of_alone && alone.len() == PARTS, "{count} {of_alone}");
+    assert!((cost / sum - 1.0).abs() < 1e-9, "{cost}, not {sum}");
+    let apart = apart(&normal, &of_parts);
+    assert!(apart < 1e-9, "{apart}");
+    assert!(evaluate(&alone[..1]).0 < 0.5 * cost, "a part is less than the whole");
+}
+
+/// The delay of a record is that of all its parts: a divided record has one. Of a single record it would be the common delay, so that there is
+/// another one, which is not late.
+#[test]
+fn the_parts_of_a_record_share_its_delay() {
+    on_large_stack(compare_with_a_delay_of_each_part);
+}
+
+fn compare_with_a_delay_of_each_part() {
+    let (chain, bounds, measurement) = (chain(), bounds(), measurement());
+    let sought = Sought::parameters_of(&chain);
+    let problem = problem(&chain, &measurement, &bounds, &sought);
+    let accuracies = Accuracies { record_delay: 1e-3, ..Accuracies::default() };
+    let (divided, alone) = divided_and_alone(&measurement);
+    let mut refinement = Box::new(Refinement::new(&sought, &bushings()));
+    let mut plant = Box::new(Plant::new(&accuracies, &chain));
+    // Each record that is late costs its own prior, 1.
+    let mut evaluate = |experiments: &[Experiment<BINS>], late: usize| {
+        refinement.restart_plant(&mut plant, experiments.len());
+        assert_eq!(plant.imperfections.all.len(), experiments.len());
+        plant.point.imperfections[..late].fill(1.0);
+        let (_, mut objective, _, point) =
+            refinement.minimisation(&problem, experiments, &mut plant);
+        objective.cost(point) - late as f64
+    };
+    let records = std::vec![(*divided).clone(); 2];
+    let parts = [&alone[..], &alone[..]].concat();
+    let (whole, in_parts) = (evaluate(&records, 1), evaluate(&parts, PARTS));
+    assert!((whole / in_parts - 1.0).abs() < 1e-9, "{whole}, not {in_parts}");
+    let first = evaluate(&parts, 1);
+    assert!((first / whole - 1.0).abs() > 1e-3, "the delay of one part is not that of all");
+}
