@@ -264,8 +264,8 @@ impl<const N: usize> Stream<N> {
             angles[joint] = Some((angle, time_s));
             return;
         }
-        let samples = self.stretch.came() + self.aligner.waiting();
-        let signal = self.config.angles[joint];
+        let (came, signal) = (self.stretch.came(), self.config.angles[joint]);
+        let samples = [came, came + self.aligner.waiting()];
         let spacing = self.config.record_samples / (2 * MAX_PARTS);
         let pose = &mut self.stretch.pose;
         if let Some(wrong) = pose.read(joint, angle, time_s, samples, &signal, spacing) {

@@ -117,20 +117,20 @@ impl Angle {
 }
 
 impl Pose {
-    /// Takes a joint's angle, read at `time_s` when the stretch has `samples`. Returns the doubt that it shows to be wrong.
+    /// Takes a joint's angle, read at `time_s` when the stretch has `samples`, or `arrived` of them with those that wait for their frames. Returns the doubt that it shows to be wrong.
     pub(super) fn read(
         &mut self,
         joint: usize,
         angle: f64,
         time_s: f64,
-        samples: usize,
+        [samples, arrived]: [usize; 2],
         signal: &AngleSignal,
         spacing: usize,
     ) -> Option<Doubt> {
         let known = &mut self.angles[joint];
         // Whole turns of a joint that turns are none.
         let before = known.track.newest().unwrap_or(angle);
-        known.track.read(samples, before + signal.difference(angle, before), spacing);
+        known.track.read(arrived, before + signal.difference(angle, before), spacing);
         // A sender whose silence proves nothing may turn out to be one on change only now.
         let standing = known.standing(samples, 0);
         let before_s = known.sender.newest.map_or(time_s, |(_, before_s)| before_s);

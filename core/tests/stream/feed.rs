@@ -225,7 +225,7 @@ fn the_time_along_a_path_goes_on_until_a_gap() {
 #[test]
 fn a_record_ends_before_a_joint_has_moved_far() {
     let config = StreamConfig { record_samples: CAPACITY, ..CONFIG };
-    for (rate, samples) in [(0.09, 4096), (0.15, 2048), (0.2, 2048), (0.22, 1024)] {
+    for (rate, samples) in [(0.09, 4096), (0.15, 2048), (0.19, 2048), (0.22, 1024)] {
         for sends in SENDERS {
             let mut robot = Feeding::new(config, sends, evenly(rate));
             robot.run(300, false);

@@ -30,8 +30,9 @@ fn a_pose_begins_when_the_last_joint_has_stopped() {
             let pose = &record.pose;
             assert!((pose[0] - 0.12).abs() < 1e-3 && (pose[1] + 0.2).abs() < 1e-3, "{pose:?}");
         }
+        // Up to four instants wait for their frames.
         let late_s = after[0].start_s - stopped_s;
-        assert!((-0.5 * PERIOD..0.01).contains(&late_s), "{first_s} {last_s}: {late_s} s");
+        assert!((-5.0 * PERIOD..0.01).contains(&late_s), "{first_s} {last_s}: {late_s} s");
         assert_eq!(health.without_pose, 0);
         assert_eq!(health.angles.iter().map(|angle| angle.ended).sum::<u64>(), 1);
     }

@@ -36,7 +36,7 @@ fn a_file_that_is_no_state_is_put_aside() {
             (&whole[..14], StateError::Damaged),
             (&whole[..whole.len() - 1], StateError::Damaged),
             (&flipped, StateError::Damaged),
-            (&newer, StateError::Version(9)),
+            (&newer, StateError::Version(10)),
         ];
         for (bytes, error) in cases {
             assert_eq!(store::decode(bytes), Err(error));
