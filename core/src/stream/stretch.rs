@@ -2,12 +2,11 @@
 
 use heapless::Vec;
 
+use super::StreamConfig;
 use super::align::Instant;
 use super::noise::{self, BLOCK};
 use super::pose::Pose;
-use super::record::MAX_PARTS;
 use super::sender::NOTICE_S;
-use super::{Record, StreamConfig};
 use crate::spectrum::fft::MIN_SAMPLES;
 
 /// A block is part of the cut if the variance of its force is more than this many times that of the quietest blocks in a row. Noise
@@ -33,18 +32,6 @@ const BEFORE_CUT_S: f64 = 1.0;
 const BEFORE_CUT_PART: usize = 4;
 /// A record is no shorter than a full one divided by this.
 const SHORTEST: usize = 8;
-/// Largest movement of a joint within a part of a record, rad (m). Chosen: half of it changes the frequency of a mode by about 0.5 % (a part of
-/// 0.005 of it per rad), half of what its damping ratio of 1 % makes its half-width; half as much costs information at 50 mm/s.
-const WITHIN_PART: f64 = 0.01;
-/// Least parts of a record along a path. Chosen: with these the noise of a bin is known to a half. The parts of a record of 4.1 s last 0.5 s; the
-/// deviations grow by a tenth.
-const LEAST_PARTS: usize = 8;
-/// A movement farther than this between two readings, or in the shortest part of a record, is no feed, rad (m). Chosen: three times what a part may
-/// move; a robot of 1 m reach feeds no faster than 230 mm/s.
-pub const LEAP: f64 = 3.0 * WITHIN_PART;
-/// Largest movement of a joint within a record, rad (m): the search takes one pose for all of it. Chosen: modes change by a tenth of their frequency,
-/// as much as the search's line is wide at 20 Hz.
-const WITHIN_RECORD: f64 = 0.2;
 /// A full stretch waits for the next joint angle for its length divided by this.
 const PATIENCE: usize = 8;
 
@@ -67,7 +54,7 @@ pub(super) struct Stretch<const N: usize> {
     /// True if the robot feeds: it has left its pose before that stood for a record.
     pub(super) feeds: bool,
     /// Time from the start of the first record along the path to the first sample, s.
-    since_s: f64,
+    pub(super) since_s: f64,
     range: Range,
     /// True if a reading has changed since the sensor started.
     has_started: bool,
@@ -274,58 +261,8 @@ impl<const N: usize> Stretch<N> {
         (config.record_samples / SHORTEST).max(MIN_SAMPLES)
     }
 
-    /// Takes note that a joint has left the pose after so many samples. Returns whether the robot feeds: it has not stood for a record of the
-    /// cut, and does not leap.
-    pub(super) fn feeds_from(
-        &mut self,
-        standing: usize,
-        joint: usize,
-        config: &StreamConfig,
-    ) -> bool {
-        let is_known = self.pose.unknown(config.joints).is_none() && !self.overflows();
-        let has_record = self.cutting && standing >= Self::least(config).max(self.cut_from);
-        let may_feed = self.feeds || is_known && !has_record;
-        self.feeds = may_feed && !self.leaps(standing, joint);
-        self.feeds
-    }
-
-    /// Returns whether a joint has moved faster than a feed since so many samples.
-    pub(super) fn leaps(&self, since: usize, joint: usize) -> bool {
-        self.pose.leaps(joint, [since, self.came()], MIN_SAMPLES, LEAP)
-    }
-
-    /// Returns whether a robot that has fed has stood for a record again.
-    pub(super) fn rests_again(&self, config: &StreamConfig) -> bool {
-        let since = if self.feeds { self.pose.rests_since(config.joints) } else { None };
-        since.is_some_and(|since| since + Self::least(config) <= self.came())
-    }
-
-    /// Samples of the record along the path that is complete, if there is one.
-    pub(super) fn fed(&self, config: &StreamConfig) -> Option<usize> {
-        let known = self.pose.known(config.joints, self.came(), Self::notice(config));
-        let known = known.min(self.len());
-        if known >= config.record_samples {
-            return Some(config.record_samples);
-        }
-        let is_far = self.len().is_multiple_of(BLOCK)
-            && known >= Self::least(config)
-            && self.pose.moves(config.joints, known, 1) > WITHIN_RECORD;
-        is_far.then(|| 1 << known.ilog2())
-    }
-
-    /// Number of equal parts of the oldest `samples` in each of which no joint moves by more than [`WITHIN_PART`], as far as parts may be short; at
-    /// least [`LEAST_PARTS`], if so many may be.
-    pub(super) fn parts(&self, samples: usize, config: &StreamConfig) -> usize {
-        let most = (samples / MIN_SAMPLES).min(MAX_PARTS);
-        let mut parts = LEAST_PARTS.min(most);
-        while 2 * parts <= most && self.pose.moves(config.joints, samples, parts) > WITHIN_PART {
-            parts *= 2;
-        }
-        parts
-    }
-
     /// Samples until an angle that is sent on change would have come. They end before a full stretch is overdue.
-    fn notice(config: &StreamConfig) -> usize {
+    pub(super) fn notice(config: &StreamConfig) -> usize {
         ((NOTICE_S * config.rate_hz) as usize).min(N / PATIENCE / 2)
     }
 
@@ -334,28 +271,6 @@ impl<const N: usize> Stretch<N> {
         let missing =
             |signal: &[f32]| signal.iter().rev().take_while(|value| value.is_nan()).count();
         missing(&self.force[0]).max(missing(&self.acceleration[0]))
-    }
-
-    /// Writes where the robot was in the oldest `samples` into a record of them. Returns whether that is known: the robot did not leap.
-    pub(super) fn write_poses(
-        &self,
-        samples: usize,
-        config: &StreamConfig,
-        record: &mut Record<N>,
-    ) -> bool {
-        let path = |parts| self.pose.path(config.joints, samples, parts, &config.angles);
-        record.path.clear();
-        record.since_s = 0.0;
-        record.pose = match self.feeds {
-            false => self.pose.mean(config.joints),
-            true => path(1).swap_remove(0).pose,
-        };
-        if !self.feeds {
-            return true;
-        }
-        let parts = self.parts(samples, config);
-        (record.path, record.since_s) = (path(parts), self.since_s);
-        self.pose.moves(config.joints, samples, parts) <= LEAP
     }
 
     /// Discards the oldest `count` samples.
