@@ -531,8 +531,10 @@ impl Solver {
                 0..3 => has_force(axis),
                 _ => experiment.measures(axis - 3),
             });
-            let Experiment { pose, point, spacing, .. } = experiment;
-            Entry { pose, point: *point, measured, spacing: *spacing }
+            let Experiment { pose, point, spacing, divided, .. } = experiment;
+            // That of the whole record, whose length counts.
+            let spacing = spacing / *divided as f64;
+            Entry { pose, point: *point, measured, spacing }
         }
         let kept: Vec<Entry> = self.experiments.iter().map(entry).collect();
         find_room(&kept, &entry(experiment))
