@@ -207,7 +207,7 @@ impl Continuation {
 fn sagged(problem: &Problem<'_>, site: Site<'_>, bushings: &Bushings) -> Option<Terms<f32>> {
     let Problem { chain, measurement, .. } = *problem;
     let calibration = Calibration::default();
-    let sensors = measurement.sensors(&calibration, site.point);
+    let sensors = measurement.sensors(&calibration, &site);
     let sagged = problem
         .linearise(site.pose, bushings, &calibration)
         .and_then(|linear| Terms::new(&linear, bushings, &sensors));

@@ -40,7 +40,7 @@ pub(super) fn perfect(
     let bushings = sought.bushings(coordinates);
     let calibration = sought.calibration(coordinates);
     let linear = problem.linearise(site.pose, &bushings, &calibration)?;
-    let terms = Terms::new(&linear, &bushings, &measurement.sensors(&calibration, site.point))?;
+    let terms = Terms::new(&linear, &bushings, &measurement.sensors(&calibration, &site))?;
     let terms = if sought.seeks_masses() { terms.with_masses() } else { terms };
     let force_filter = Filter::default();
     Ok(Model { terms, calibration, force_filter, drift: 0.0, relative_error: 0.0 })

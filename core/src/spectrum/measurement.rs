@@ -2,8 +2,9 @@
 
 use core::ops::Range;
 
-use nalgebra::Vector3;
+use nalgebra::{Rotation3, Vector3};
 
+use super::site::Site;
 use crate::calibration::Calibration;
 use crate::mounting::Mounting;
 use crate::sensors::{Accelerometer, Sensors};
@@ -40,13 +41,17 @@ impl Measurement {
         first..(last + 1).max(first)
     }
 
-    /// The sensors with the errors in `calibration`, and a force at this point.
-    pub(crate) fn sensors(&self, calibration: &Calibration, point: Vector3<f64>) -> Sensors {
+    /// The sensors with the errors in `calibration`, and the force of this site.
+    pub(crate) fn sensors(&self, calibration: &Calibration, site: &Site<'_>) -> Sensors {
+        let mut mounting = self.mounting;
+        if site.is_of_test {
+            (mounting.force_axes, mounting.tool_mass) = (Rotation3::identity(), 0.0);
+        }
         Sensors {
             accelerometer: self.accelerometer,
-            mounting: self.mounting,
+            mounting,
             calibration: *calibration,
-            point,
+            point: site.point,
         }
     }
 }

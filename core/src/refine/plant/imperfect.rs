@@ -68,7 +68,7 @@ impl Imperfect {
         record: usize,
     ) -> Self {
         let chain = problem.weighed(calibration);
-        let sensors = problem.measurement.sensors(calibration, site.point);
+        let sensors = problem.measurement.sensors(calibration, &site);
         Self::of(chain, sensors, REFERENCE_HZ, site.pose, record)
     }
 
