@@ -242,7 +242,7 @@ pub(super) fn leave_out_bounds<const L: usize>(
 fn log_information(normal: &ParameterNormal, sought: &Sought, bounds: &Bounds) -> f64 {
     let unknowns = sought.unknowns();
     let ranges = sought.ranges(&[0.0; MAX_UNKNOWNS], bounds);
-    // None of an unknown without bounds: of nuisances the normal equations hold the priors.
+    // None of an unknown without bounds: of imperfections the normal equations hold the priors.
     let of_bounds = |unknown: usize| {
         let [_, lower, upper] = ranges[unknown];
         let width = upper - lower;
@@ -284,7 +284,6 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::calibration::Nuisances;
 
     proptest! {
         /// That of a dense matrix, also where the data determine fewer combinations than there are unknowns.
@@ -293,7 +292,7 @@ mod tests {
             rows in prop::collection::vec(prop::array::uniform24(-10.0..10.0_f64), 0..30),
             decades in 1.0..8.0_f64,
         ) {
-            let sought = Sought::new(2, &Nuisances::default()).unwrap();
+            let sought = Sought::new(2).unwrap();
             let wide = [1.0, 10.0_f64.powf(decades)];
             let bounds = Bounds::new(wide, wide, wide, wide).unwrap();
             let mut normal = Normal::new();
@@ -315,7 +314,7 @@ mod tests {
     /// The data determine one combination 10⁹ times as well as the bounds do. Rounding makes no pivot smaller than that of the bounds.
     #[test]
     fn rounding_leaves_the_information_of_the_bounds() {
-        let sought = Sought::new(1, &Nuisances::default()).unwrap();
+        let sought = Sought::new(1).unwrap();
         let wide = [1.0, 1e6];
         let bounds = Bounds::new(wide, wide, wide, wide).unwrap();
         let mut normal = Normal::new();

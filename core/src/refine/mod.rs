@@ -16,7 +16,7 @@
 //! | `thinning`, `stagnation`                                       | fits that count some of the bins, or are given up       |
 //! | `unexplained`                                                  | what a model leaves of a record, bin by bin             |
 //! | `left_over`                                                    | where what is left is larger than elsewhere             |
-//! | `plant`, `further`                                             | a fit to a plant that is not perfect                    |
+//! | `plant`                                                        | a fit to a plant that is not perfect                    |
 //!
 //! One [`Refinement::step`] tries one step. It ends when the step that is left, without damping and within the bounds,
 //! would lower the sum of squares by less than 1e-4: a hundredth of a standard deviation in all parameters together.
@@ -27,7 +27,6 @@ pub(crate) mod compliance;
 pub(crate) mod damping;
 mod equations;
 mod fit;
-mod further;
 mod information;
 mod left_out;
 mod left_over;
@@ -60,7 +59,6 @@ mod whitening;
 
 use heapless::Vec;
 
-use crate::calibration::Calibration;
 use crate::chain::linearise::LinearisationError;
 use crate::parameters::Bushings;
 use crate::sought::{Coordinate, Coordinates, MAX_UNKNOWNS, Sought};
@@ -76,9 +74,10 @@ pub use left_over::{LeftOver, MAX_LEFT_OVER};
 pub use levenberg_marquardt::Outcome;
 pub(crate) use levenberg_marquardt::Remaining;
 use levenberg_marquardt::{LevenbergMarquardt, Limits};
+use modelled::Place;
 pub use plant::{
-    Explanation, FoundImperfection, MAX_EXPLANATIONS, MAX_RIVALS, Mechanics, Places, Plant,
-    PlantInformation, RetiredRecords,
+    Explanation, MAX_EXPLANATIONS, MAX_RIVALS, Mechanics, Places, Plant, PlantInformation,
+    RetiredRecords,
 };
 pub use problem::Problem;
 use record::Workspace;
@@ -160,11 +159,6 @@ impl Refinement {
     /// The parameters as they stand.
     pub fn bushings(&self, sought: &Sought) -> Bushings {
         sought.bushings(&self.coordinates)
-    }
-
-    /// The nuisances as they stand.
-    pub fn calibration(&self, sought: &Sought) -> Calibration {
-        sought.calibration(&self.coordinates)
     }
 
     /// The objective after the last step: sum of squares of residuals and priors. NaN before the first.
@@ -337,35 +331,13 @@ impl Refinement {
         self.retired.records()
     }
 
-    /// Fisher information of a measured experiment at the present parameters, its seam projected out. The measured acceleration
-    /// has an effect only through the fitted seam.
+    /// Fisher information of an experiment at the present parameters, its seam projected out, of a robot with the imperfections of the model. A
+    /// measured acceleration has an effect only through the fitted seam; of a planned experiment only the force is used.
     ///
     /// # Errors
     ///
     /// Returns an error if the pose is that of another chain, or if the robot has no equilibrium there.
     pub fn information<const B: usize>(
-        &mut self,
-        problem: &Problem<'_>,
-        experiment: &Experiment<B>,
-    ) -> Result<Information, LinearisationError> {
-        self.information_of(problem, experiment, Basis::Measured)
-    }
-
-    /// Fisher information of a planned experiment at the present parameters. The unknowns of the seam are projected out, at a
-    /// seam of zero. Only the force of `experiment` is used.
-    ///
-    /// # Errors
-    ///
-    /// Returns an error if the pose is that of another chain, or if the robot has no equilibrium there.
-    pub fn information_planned<const B: usize>(
-        &mut self,
-        problem: &Problem<'_>,
-        experiment: &Experiment<B>,
-    ) -> Result<Information, LinearisationError> {
-        self.information_of(problem, experiment, Basis::Planned)
-    }
-
-    fn information_of<const B: usize>(
         &mut self,
         problem: &Problem<'_>,
         experiment: &Experiment<B>,
@@ -375,9 +347,10 @@ impl Refinement {
         let mut information = Information::none(problem.sought.unknowns());
         for part in experiment.parts() {
             let bins = || Bins::of(experiment, &part);
-            let model = modelled::perfect(problem, coordinates, part.site)?;
+            let place = Place { coordinates, site: part.site, record: 0 };
+            let model = workspace.model(problem, place)?;
             let seam = workspace.seam(problem, &model, bins(), basis);
-            workspace.assemble(problem, &model, bins(), Equations::Planned(&seam));
+            workspace.assemble(problem, (place, &model), bins(), Equations::Planned(&seam))?;
             information.add_complement(&workspace.record, problem.seam_unknowns());
         }
         Ok(information)

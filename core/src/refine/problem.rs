@@ -6,10 +6,8 @@ use super::compliance;
 use super::objective::Domain;
 use super::proposal::{Room, Step};
 use super::seam;
-use crate::calibration::Calibration;
 use crate::chain::Chain;
-use crate::chain::linearise::{LinearChain, LinearisationError};
-use crate::parameters::{Bounds, Bushings};
+use crate::parameters::Bounds;
 use crate::sought::{Coordinates, Sought};
 use crate::spectrum::{Experiment, Measurement};
 use crate::statics::StaticTest;
@@ -44,29 +42,6 @@ impl Problem<'_> {
     pub(crate) fn seam_unknowns_of<const B: usize>(&self, experiment: &Experiment<B>) -> usize {
         let jumps = seam::unknowns(0, self.measurement.feels_gravity()) / 3;
         self.seam_unknowns() - jumps * (3 - experiment.measured_axes())
-    }
-
-    /// The chain with the masses that it is taken to have.
-    pub(crate) fn weighed(&self, calibration: &Calibration) -> Chain {
-        match self.sought.seeks_masses() {
-            true => self.chain.weighing(&calibration.mass),
-            false => self.chain.clone(),
-        }
-    }
-
-    /// The chain at a pose, with the masses that it is taken to have.
-    pub(crate) fn linearise(
-        &self,
-        pose: &[f64],
-        bushings: &Bushings,
-        calibration: &Calibration,
-    ) -> Result<LinearChain, LinearisationError> {
-        let gravity = self.measurement.gravity();
-        if self.sought.seeks_masses() {
-            self.chain.weighing(&calibration.mass).linearise(pose, gravity, bushings)
-        } else {
-            self.chain.linearise(pose, gravity, bushings)
-        }
     }
 }
 

@@ -2,6 +2,7 @@
 
 use super::batch::Bins;
 use super::equations::Equations;
+use super::modelled::Place;
 use super::objective::Objective;
 use super::others::Others;
 use super::problem::Problem;
@@ -45,13 +46,15 @@ impl<const B: usize> Objective<Coordinates, PACKED> for SumOfSquares<'_, B> {
         for (record, experiment) in experiments.iter().enumerate() {
             let mut residuals = Residuals::default();
             for (part, number) in experiment.parts().zip(&mut seams) {
-                let model = workspace.model(problem, coordinates, part.site, record)?;
+                let place = Place { coordinates, site: part.site, record };
+                let model = workspace.model(problem, place)?;
                 let bins = || Bins::thinned(experiment, &part, *every);
                 let seam = match workspace.seams.get(number) {
                     Some(seam) => *seam,
                     None => workspace.fit_seam(problem, &model, bins()).0,
                 };
-                residuals.add(&workspace.assemble(problem, &model, bins(), Equations::All(&seam)));
+                let equations = Equations::All(&seam);
+                residuals.add(&workspace.assemble(problem, (place, &model), bins(), equations)?);
                 normal.add_complement(&workspace.record, problem.seam_unknowns());
             }
             workspace.summary.push(&residuals, experiment.is_whole());
@@ -89,7 +92,8 @@ impl<'a, const B: usize> SumOfSquares<'a, B> {
         let mut sum_of_squares = 0.0;
         for (record, experiment) in self.experiments.iter().enumerate() {
             for part in experiment.parts() {
-                let model = self.workspace.model(self.problem, coordinates, part.site, record);
+                let place = Place { coordinates, site: part.site, record };
+                let model = self.workspace.model(self.problem, place);
                 let Ok(model) = model else { return f64::INFINITY };
                 let bins = Bins::thinned(experiment, &part, self.every);
                 let (seam, remaining) = self.workspace.fit_seam(self.problem, &model, bins);

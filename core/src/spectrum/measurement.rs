@@ -4,7 +4,6 @@ use core::ops::Range;
 
 use nalgebra::Vector3;
 
-use crate::calibration::Calibration;
 use crate::mounting::Mounting;
 use crate::sensors::{Accelerometer, Sensors};
 
@@ -40,13 +39,9 @@ impl Measurement {
         first..(last + 1).max(first)
     }
 
-    /// The sensors with the errors in `calibration`, and a force at this point.
-    pub(crate) fn sensors(&self, calibration: &Calibration, point: Vector3<f64>) -> Sensors {
-        Sensors {
-            accelerometer: self.accelerometer,
-            mounting: self.mounting,
-            calibration: *calibration,
-            point,
-        }
+    /// The sensors without errors, and a force at this point.
+    pub(crate) fn sensors(&self, point: Vector3<f64>) -> Sensors {
+        let Self { accelerometer, mounting, .. } = *self;
+        Sensors { accelerometer, mounting, point, ..Sensors::default() }
     }
 }

@@ -13,19 +13,12 @@ use super::super::seam::Seam;
 use super::super::sizes::{OF_ALL, WIDE, WIDE_OF_RECORD};
 use super::super::statics::Statics;
 use super::super::summary::Summary;
-use super::Plant;
-use super::change::{Change, STEP};
-use super::columns::Imperfections;
 use super::domain::Point;
-use super::imperfect::Imperfect;
+use super::imperfections::Imperfections;
 use super::retired::RetiredOfPlant;
-use super::sag::{self, Sag};
-use crate::chain::Joint;
 use crate::chain::linearise::LinearisationError;
-use crate::imperfection::Imperfection;
 use crate::linear::normal::Normal;
-use crate::parameters::Bushings;
-use crate::spectrum::{Experiment, Part, Site};
+use crate::spectrum::{Experiment, Part};
 
 /// A part of a record.
 pub(super) struct PartOf<'a, const B: usize> {
@@ -60,11 +53,10 @@ impl<const B: usize> Objective<Point, OF_ALL> for PlantSumOfSquares<'_, B> {
     fn cost(&mut self, point: &Point) -> f64 {
         let Self { problem, experiments, workspace, .. } = self;
         workspace.seams.clear();
-        let bushings = problem.sought.bushings(&point.coordinates);
         let mut sum_of_squares = 0.0;
         for (record, experiment) in experiments.iter().enumerate() {
             for part in experiment.parts() {
-                let model = self.imperfections.model(problem, point, &bushings, part.site, record);
+                let model = self.imperfections.model(problem, point, part.site, record);
                 let Ok(mut model) = model else { return f64::INFINITY };
                 model.relative_error = self.relative_error;
                 let bins = Bins::thinned(experiment, &part, self.every);
@@ -148,7 +140,7 @@ impl<const B: usize> PlantSumOfSquares<'_, B> {
     ) -> Result<(), LinearisationError> {
         for part in experiment.parts() {
             let Self { problem, workspace, imperfections, .. } = self;
-            let mut model = prepare(problem, point, imperfections, part.site, record)?;
+            let mut model = imperfections.prepare(problem, point, part.site, record)?;
             model.relative_error = self.relative_error;
             let bins = || Bins::thinned(experiment, &part, self.every);
             let seam = workspace.seam(problem, &model, bins(), asked.basis());
@@ -171,7 +163,7 @@ impl<const B: usize> PlantSumOfSquares<'_, B> {
     ) -> Result<(Model, Seam), LinearisationError> {
         let PartOf { experiment, part, record, seam } = place;
         let Self { problem, workspace, imperfections, .. } = self;
-        let mut model = prepare(problem, point, imperfections, part.site, *record)?;
+        let mut model = imperfections.prepare(problem, point, part.site, *record)?;
         model.relative_error = self.relative_error;
         let bins = || Bins::thinned(experiment, part, self.every);
         let seam = match workspace.seams.get(*seam) {
@@ -204,7 +196,7 @@ impl<const B: usize> PlantSumOfSquares<'_, B> {
             record: bins,
             equations,
             sought: problem.sought,
-            further: &**imperfections,
+            columns: imperfections.columns(),
             normal: record,
             level: problem.level,
         })
@@ -223,107 +215,8 @@ pub(super) fn eliminate_seam(
     record.eliminate_with(problem.level, unknowns);
 }
 
-/// The model at a point, in a record of this number at a site. Prepares the columns of the imperfections.
-pub(super) fn prepare(
-    problem: &Problem<'_>,
-    point: &Point,
-    imperfections: &mut Imperfections,
-    site: Site<'_>,
-    record: usize,
-) -> Result<Model, LinearisationError> {
-    let bushings = problem.sought.bushings(&point.coordinates);
-    let imperfect = imperfections.at(problem, point, site, record, None);
-    let linear = imperfect.linearise(problem, &bushings)?;
-    let model = imperfect.model(problem, &linear, &bushings)?;
-    imperfections.accelerometer_filter = imperfect.accelerometer_filter();
-    imperfections.reference = imperfect.reference();
-    imperfections.drives = problem.chain.joints().iter().map(Joint::drive).collect();
-    imperfections.record = record;
-    imperfections.from_parent = linear.joints.iter().map(|joint| joint.from_parent).collect();
-    let elongations = linear.elongations();
-    sag::renew(&mut imperfections.sags, problem, &imperfect, &linear, &model, &bushings)?;
-    imperfections.changes.clear();
-    for index in 0..imperfections.all.len() {
-        let imperfection = imperfections.all[index].0;
-        let change = if imperfection.is_of_another_record(record) {
-            imperfections.sags.iter_mut().for_each(Sag::push_none);
-            Change::NONE
-        } else if imperfection.is_of_model() {
-            let moved = imperfections.at(problem, point, site, record, Some(index));
-            let there = moved.linearise_at(problem, &elongations);
-            let terms = moved.model(problem, &there, &bushings)?.terms;
-            if !imperfections.sags.is_empty() {
-                let loads = moved.gravity_loads(problem, &elongations);
-                imperfections.sags.iter_mut().for_each(|sag| sag.push(&loads));
-            }
-            Change::between([&linear, &there], [&model.terms, &terms], STEP)
-        } else {
-            continue;
-        };
-        // There is room for all of them.
-        let _ = imperfections.changes.push(change);
-    }
-    Ok(model)
-}
-
-impl Plant {
-    /// The model where the fit stands, in a record of this number at a site.
-    pub(in super::super) fn model(
-        &self,
-        problem: &Problem<'_>,
-        site: Site<'_>,
-        record: usize,
-    ) -> Result<Model, LinearisationError> {
-        let bushings = problem.sought.bushings(&self.point.coordinates);
-        self.imperfections.model(problem, &self.point, &bushings, site, record)
-    }
-}
-
-impl Imperfections {
-    /// Each imperfection, with its value at a point.
-    pub(super) fn values(&self, point: &Point) -> impl Iterator<Item = (Imperfection, f64)> {
-        let values = self.all.iter().zip(&point.imperfections);
-        values.map(|(&(imperfection, deviation), p)| (imperfection, deviation * p))
-    }
-
-    /// The model at a point with these bushings, in a record of this number at a site.
-    fn model(
-        &self,
-        problem: &Problem<'_>,
-        point: &Point,
-        bushings: &Bushings,
-        site: Site<'_>,
-        record: usize,
-    ) -> Result<Model, LinearisationError> {
-        let imperfect = self.at(problem, point, site, record, None);
-        let linear = imperfect.linearise(problem, bushings)?;
-        imperfect.model(problem, &linear, bushings)
-    }
-
-    /// The model at the site of a record with the imperfections of a point, one of them [`STEP`] larger.
-    fn at(
-        &self,
-        problem: &Problem<'_>,
-        point: &Point,
-        site: Site<'_>,
-        record: usize,
-        larger: Option<usize>,
-    ) -> Imperfect {
-        let calibration = problem.sought.calibration(&point.coordinates);
-        let mut imperfect = Imperfect::new(problem, &calibration, site, record);
-        for (index, &(imperfection, deviation)) in self.all.iter().enumerate() {
-            let more = if larger == Some(index) { STEP } else { 0.0 };
-            let value = point.imperfections[index] + more;
-            if value != 0.0 {
-                imperfect.add(imperfection, value * deviation);
-            }
-        }
-        imperfect
-    }
-}
-
 /// [`Assembly::run`], compiled once: not again for each number of bins, in each crate.
 #[inline(never)]
-fn run(assembly: Assembly<'_, &Imperfections, WIDE, WIDE_OF_RECORD>) -> Residuals {
+fn run(assembly: Assembly<'_, WIDE, WIDE_OF_RECORD>) -> Residuals {
     assembly.run()
 }

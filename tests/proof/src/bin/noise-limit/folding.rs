@@ -231,7 +231,7 @@ fn keep_all(
     guess: &Bushings,
     records: &[Experiment<BINS>],
 ) -> Result<(Bushings, Vec<f64>)> {
-    let sought = &Sought::new(guess.len(), &task.nuisances)?;
+    let sought = &task.sought()?;
     let Task { chain, bounds, measurement, .. } = task;
     let problem = Problem { chain, measurement, bounds, sought, statics: &[], level: Level::new() };
     let mut refinement = Box::new(Refinement::new(sought, guess));
