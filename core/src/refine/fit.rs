@@ -3,6 +3,7 @@
 use core::f64::consts::TAU;
 
 use super::Refinement;
+use super::basis::Asked;
 use super::objective::Domain as _;
 use super::plant::Plant;
 use super::plant::imperfect::NO_RECORD;
@@ -203,10 +204,12 @@ impl Refinement {
         record: usize,
         experiment: &Experiment<B>,
     ) -> Agreement {
-        let Self { coordinates, minimiser, workspace, .. } = self;
+        let Self { coordinates, minimiser, workspace, retired, .. } = self;
+        let mut objective = SumOfSquares::new(problem, &[], retired, workspace, 1);
         let mut own = ParameterNormal::new();
-        let own_fit = workspace.assemble_fitted(problem, coordinates, record, experiment, &mut own);
-        if own_fit.is_err() {
+        own.reset(problem.sought.unknowns());
+        let of_record = (record, experiment);
+        if objective.add_record(coordinates, of_record, Asked::Fit, &mut own).is_err() {
             return Agreement::default();
         }
         let mut others = minimiser.normal.clone();
@@ -214,8 +217,8 @@ impl Refinement {
         let (step, _) = propose(problem.level, &others, &problem.room(coordinates), 0.0);
         let without = problem.advance(coordinates, &step);
         // What a correction has of this record alone, the others do not know.
-        let predicted =
-            workspace.assemble_fitted(problem, &without, NO_RECORD, experiment, &mut own);
+        let of_record = (NO_RECORD, experiment);
+        let predicted = objective.add_record(&without, of_record, Asked::Fit, &mut own);
         predicted.map_or_else(|_| Agreement::default(), |it| it.agreement())
     }
 }

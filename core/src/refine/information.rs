@@ -9,7 +9,7 @@ use crate::verdict::Covariance;
 /// Inverse covariance of the unknowns of a fit, in the order of [`Sought`].
 #[derive(Clone, Debug)]
 pub struct Information {
-    normal: ParameterNormal,
+    pub(super) normal: ParameterNormal,
 }
 
 impl Information {
@@ -50,11 +50,6 @@ impl Information {
             information.normal.add_prior(unknown, value);
         }
         information
-    }
-
-    /// Adds that of the part of a record whose first `eliminated` unknowns are gone.
-    pub(super) fn add_complement<const L: usize>(&mut self, record: &Normal<L>, eliminated: usize) {
-        self.normal.add_complement(record, eliminated);
     }
 
     /// Adds the information of independent experiments.

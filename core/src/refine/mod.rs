@@ -7,7 +7,7 @@
 //! | `compliance`, `straight`                                       | compliances: steps along them, and what is straight     |
 //! | `levels`                                                       | errors of the model that a fit allows for at first      |
 //! | `problem`                                                      | the robot, the unknowns and their domain                |
-//! | `sum_of_squares`, `others`, `statics`, `retired`               | the objective: records, priors, static tests, retired   |
+//! | `sum_of_squares`, `corrected`, `others`, `statics`, `retired`  | the objective: records, priors, static tests, retired   |
 //! | `record`, `basis`, `model`, `modelled`, `seam`                 | a part of a record, its seam projected out              |
 //! | `equations`, `batch`, `rows`, `whitening`, `residuals`         | the rows of its bins                                    |
 //! | `responses`                                                    | the same from the responses to unit loads               |
@@ -24,6 +24,7 @@
 mod basis;
 mod batch;
 pub(crate) mod compliance;
+mod corrected;
 pub(crate) mod damping;
 mod equations;
 mod fit;
@@ -64,9 +65,8 @@ use crate::parameters::Bushings;
 use crate::sought::{Coordinate, Coordinates, MAX_UNKNOWNS, Sought};
 use crate::spectrum::Experiment;
 use crate::verdict::{self, Direction, MAX_DIRECTIONS};
+use basis::Asked;
 pub use basis::Basis;
-use batch::Bins;
-use equations::Equations;
 pub use fit::Fit;
 pub(crate) use fit::lies_on_bound;
 pub use information::Information;
@@ -74,7 +74,6 @@ pub use left_over::{LeftOver, MAX_LEFT_OVER};
 pub use levenberg_marquardt::Outcome;
 pub(crate) use levenberg_marquardt::Remaining;
 use levenberg_marquardt::{LevenbergMarquardt, Limits};
-use modelled::Place;
 pub use plant::{
     Explanation, MAX_EXPLANATIONS, MAX_RIVALS, Mechanics, Places, Plant, PlantInformation,
     RetiredRecords,
@@ -280,7 +279,9 @@ impl Refinement {
         let Self { workspace, retired, coordinates, .. } = self;
         let expanded = retired.expanded_at(problem.sought, coordinates);
         let mut own = ParameterNormal::new();
-        workspace.assemble_fitted(problem, &expanded, 0, experiment, &mut own)?;
+        own.reset(problem.sought.unknowns());
+        let mut objective = SumOfSquares::new(problem, &[], retired, workspace, 1);
+        objective.add_record(&expanded, (0, experiment), Asked::Fit, &mut own)?;
         retired.take_record(&own, problem.sought, &expanded);
         self.minimiser.linearised = false;
         Ok(())
@@ -343,16 +344,11 @@ impl Refinement {
         experiment: &Experiment<B>,
         basis: Basis,
     ) -> Result<Information, LinearisationError> {
-        let Self { coordinates, workspace, .. } = self;
+        let Self { coordinates, workspace, retired, .. } = self;
         let mut information = Information::none(problem.sought.unknowns());
-        for part in experiment.parts() {
-            let bins = || Bins::of(experiment, &part);
-            let place = Place { coordinates, site: part.site, record: 0 };
-            let model = workspace.model(problem, place)?;
-            let seam = workspace.seam(problem, &model, bins(), basis);
-            workspace.assemble(problem, (place, &model), bins(), Equations::Planned(&seam))?;
-            information.add_complement(&workspace.record, problem.seam_unknowns());
-        }
+        let mut objective = SumOfSquares::new(problem, &[], retired, workspace, 1);
+        let asked = Asked::Information(basis);
+        objective.add_record(coordinates, (0, experiment), asked, &mut information.normal)?;
         Ok(information)
     }
 }

@@ -5,8 +5,9 @@ use fearless_simd::Level;
 use super::compliance;
 use super::objective::Domain;
 use super::proposal::{Room, Step};
-use super::seam;
+use super::seam::{self, Seam};
 use crate::chain::Chain;
+use crate::linear::normal::Normal;
 use crate::parameters::Bounds;
 use crate::sought::{Coordinates, Sought};
 use crate::spectrum::{Experiment, Measurement};
@@ -36,6 +37,14 @@ impl Problem<'_> {
     /// Real unknowns of the seam of each record.
     pub(crate) fn seam_unknowns(&self) -> usize {
         seam::unknowns(self.chain.joints().len(), self.measurement.feels_gravity())
+    }
+
+    /// Eliminates the seam at which the normal equations of a record were taken.
+    pub(super) fn eliminate_seam<const L: usize>(&self, seam: &Seam, record: &mut Normal<L>) {
+        let unknowns = self.seam_unknowns();
+        let standing = seam.to_solution(self.chain.joints().len());
+        record.prefer_small(&standing[..unknowns], seam.cost);
+        record.eliminate_with(self.level, unknowns);
     }
 
     /// Unknowns of the seam that a record can determine: no jump along an axis that is not measured.

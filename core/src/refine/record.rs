@@ -15,7 +15,7 @@ use super::problem::Problem;
 use super::residuals::Residuals;
 use super::responses::{self, Bin, OTHERS, Sums};
 use super::seam::{MAX_SEAM, Seam, cost_of};
-use super::sizes::{COLUMNS, MAX_SEAMS, OF_RECORD, ParameterNormal, RecordNormal};
+use super::sizes::{COLUMNS, MAX_SEAMS, OF_RECORD, RecordNormal};
 use super::summary::Summary;
 use super::whitening::{Whitening, WhiteningOfLanes};
 use crate::DOF;
@@ -25,8 +25,7 @@ use crate::linear::gram::WIDEST;
 use crate::linear::normal::Normal;
 use crate::receptance::lanes::{Kernel, Lanes, Precision as _};
 use crate::receptance::{Response, Terms};
-use crate::sought::{Coordinate, Coordinates, MAX_UNKNOWNS, Sought};
-use crate::spectrum::Experiment;
+use crate::sought::{Coordinate, MAX_UNKNOWNS, Sought};
 
 /// Largest difference of two joint angles of poses in which a model lacks the same, rad (m). Chosen: it changes a receptance by about 1 %.
 const ALIKE: f64 = 0.01;
@@ -42,7 +41,7 @@ pub(super) struct Workspace {
     /// None for a perfect model.
     pub(super) correction: Correction,
     /// Derivatives of the model of the part that was assembled last by the imperfections that are sought.
-    changes: Changes,
+    pub(super) changes: Changes,
     /// Normal equations of the record that was assembled last.
     pub(super) record: RecordNormal,
     /// Sums from which these follow.
@@ -83,10 +82,8 @@ impl Workspace {
     ) -> (Seam, f64) {
         let cost = cost_of(record.square());
         self.run(problem, model, record, Equations::Seam);
-        let unknowns = problem.seam_unknowns();
-        let normal = &mut self.record;
-        normal.prefer_small(&[0.0; MAX_SEAM][..unknowns], cost);
-        normal.eliminate_with(problem.level, unknowns);
+        let (unknowns, normal) = (problem.seam_unknowns(), &mut self.record);
+        problem.eliminate_seam(&Seam { cost, ..Seam::ZERO }, normal);
         let mut solution = [0.0; MAX_SEAM];
         normal.substitute(unknowns, &mut solution);
         let seam = Seam::from_solution(&solution[..unknowns], problem.chain.joints().len());
@@ -113,49 +110,8 @@ impl Workspace {
         }
     }
 
-    /// These normal equations of a part of a record, its seam eliminated.
-    pub(super) fn assemble(
-        &mut self,
-        problem: &Problem<'_>,
-        (place, model): (Place<'_>, &Model),
-        record: Bins<'_>,
-        equations: Equations<'_>,
-    ) -> Result<Residuals, LinearisationError> {
-        modelled::derive(problem, &self.correction, place, model, &mut self.changes)?;
-        let residuals = self.run(problem, model, record, equations);
-        let unknowns = problem.seam_unknowns();
-        let seam = equations.seam();
-        let standing = seam.to_solution(problem.chain.joints().len());
-        self.record.prefer_small(&standing[..unknowns], seam.cost);
-        self.record.eliminate_with(problem.level, unknowns);
-        Ok(residuals)
-    }
-
-    /// Fills `normal` with the normal equations of one record, of this number, its parts at their best seams, which are eliminated.
-    pub(super) fn assemble_fitted<const B: usize>(
-        &mut self,
-        problem: &Problem<'_>,
-        coordinates: &Coordinates,
-        record: usize,
-        experiment: &Experiment<B>,
-        normal: &mut ParameterNormal,
-    ) -> Result<Residuals, LinearisationError> {
-        normal.reset(problem.sought.unknowns());
-        let mut residuals = Residuals::default();
-        for part in experiment.parts() {
-            let bins = || Bins::of(experiment, &part);
-            let place = Place { coordinates, site: part.site, record };
-            let model = self.model(problem, place)?;
-            let (seam, _) = self.fit_seam(problem, &model, bins());
-            let equations = Equations::All(&seam);
-            residuals.add(&self.assemble(problem, (place, &model), bins(), equations)?);
-            normal.add_complement(&self.record, problem.seam_unknowns());
-        }
-        Ok(residuals)
-    }
-
     /// Fills the record's normal equations.
-    fn run(
+    pub(super) fn run(
         &mut self,
         problem: &Problem<'_>,
         model: &Model,

@@ -4,6 +4,7 @@ use heapless::Vec;
 
 use super::super::model::Model;
 use super::super::problem::Problem;
+use super::super::statics::Statics;
 use super::Plant;
 use super::change::{Change, STEP};
 use super::columns::Columns;
@@ -38,6 +39,11 @@ impl Imperfections {
     /// Each imperfection, with its value at a point.
     pub(super) fn values(&self, point: &Point) -> impl Iterator<Item = (Imperfection, f64)> {
         values(&self.all, point)
+    }
+
+    /// The static tests of a problem at a point, which also seek these imperfections.
+    pub(super) fn statics<'a>(&'a self, problem: &'a Problem<'_>, point: &Point) -> Statics<'a> {
+        Statics::at(problem, &point.coordinates, self.values(point)).seeking(&self.all)
     }
 
     /// The columns in the record that was prepared last.

@@ -13,9 +13,10 @@ use super::super::modelled;
 use super::super::objective::{Domain as _, Objective as _};
 use super::super::record::Workspace;
 use super::super::seam::ORDERS;
+use super::super::sum_of_squares::SumOfSquares;
 use super::super::tests::{BINS, SAMPLES, bounds, bushings, chain, problem, record};
 use super::super::{Outcome, Problem, Refinement};
-use super::objective::PlantSumOfSquares;
+use super::objective::OfPlant;
 use super::*;
 use crate::imperfection::Correction;
 use crate::linear::gram::WIDEST;
@@ -265,17 +266,10 @@ fn check_gradient(
     let mut workspace = Workspace::new();
     let Plant { imperfections, record, summary, factor: normal, .. } = &mut *plant;
     let count = imperfections.all.len();
-    let mut objective = PlantSumOfSquares {
-        problem: &problem,
-        experiments: &experiments,
-        retired: None,
-        workspace: &mut workspace,
-        imperfections,
-        record,
-        relative_error,
-        every,
-        summary,
-    };
+    let workspace = &mut workspace;
+    let fitted = OfPlant { retired: None, workspace, imperfections, record, summary };
+    let (problem, experiments) = (&problem, &experiments);
+    let mut objective = SumOfSquares { problem, experiments, fitted, relative_error, every };
     let standing = objective.cost(&point);
     objective.linearise(&point, normal).unwrap();
     prop_assert!((normal.sum_of_squares() / standing - 1.0).abs() < 1e-9);
@@ -483,24 +477,18 @@ fn a_corrected_model_is_that_of_the_plant() {
         let point = plant.point;
         let mut workspace = Workspace::new();
         let Plant { imperfections, record, summary, .. } = &mut *plant;
-        let mut objective = PlantSumOfSquares {
-            problem: &problem,
-            experiments: &experiments,
-            retired: None,
-            workspace: &mut workspace,
-            imperfections,
-            record,
-            relative_error: 0.0,
-            every: 1,
-            summary,
-        };
+        let workspace = &mut workspace;
+        let fitted = OfPlant { retired: None, workspace, imperfections, record, summary };
+        let (problem, experiments) = (&problem, &experiments);
+        let mut objective =
+            SumOfSquares { problem, experiments, fitted, relative_error: 0.0, every: 1 };
         let priors: f64 = point.imperfections[..count].iter().map(|value| value * value).sum();
         let of_plant = objective.cost(&point) - priors;
         refinement.set_correction(&plant.correction());
         refinement.restart_at(&plant.coordinates());
-        let corrected = refinement.fit(&problem, &experiments).objective;
+        let corrected = refinement.fit(problem, experiments).objective;
         refinement.set_correction(&Correction::NONE);
-        [of_plant, corrected, refinement.fit(&problem, &experiments).objective]
+        [of_plant, corrected, refinement.fit(problem, experiments).objective]
     });
     assert!((corrected / of_plant - 1.0).abs() < 1e-9, "{corrected} of {of_plant}");
     assert!((perfect / of_plant - 1.0).abs() > 1e-3, "{perfect} of {of_plant}");

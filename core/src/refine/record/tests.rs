@@ -6,6 +6,7 @@ use super::super::tests::{
     BINS, SAMPLES, bounds, bushings, chain_of, measurement, problem, record,
 };
 use super::*;
+use crate::spectrum::Experiment;
 use crate::stream::Record;
 
 /// Largest value of an unknown of the seam that noise may cause, in standard deviations of its prior.
