@@ -13,12 +13,10 @@
 use crate::linear::normal::Normal;
 use crate::linear::packed::packed;
 use crate::refine::Unexplained;
-use crate::spectrum::Experiment;
+use crate::spectrum::{Experiment, LEAST_EVEN};
 
 /// Real unknowns of the response along one axis: G.
 const UNKNOWNS: usize = 6;
-/// Fewest parts that tell a level. Chosen: it is then known to a half.
-const LEAST_PARTS: usize = 6;
 /// Standard deviations of the deviate that noise exceeds once in 10,000 bins.
 const RARE: f64 = 3.72;
 /// Least growth of a level for which the fit is made again. Chosen: it changes no standard deviation by more than 5 %.
@@ -27,7 +25,7 @@ const GROWTH: f64 = 1.1;
 /// Raises the noise of the acceleration at the lines of a divided record, of which a model leaves `left`. Returns whether that changes it.
 pub(super) fn raise<const B: usize>(experiment: &mut Experiment<B>, left: &Unexplained<B>) -> bool {
     let parts = experiment.path.len();
-    if parts < LEAST_PARTS {
+    if parts < LEAST_EVEN {
         return false;
     }
     let bins = experiment.bins() / parts;

@@ -133,7 +133,7 @@ impl<const B: usize> Experiment<B> {
         let divided = stages.len();
         let even = || stages.iter().filter(|stage| stage.is_even);
         let path: Vec<Stage, MAX_PARTS> = even().cloned().collect();
-        if path.is_empty() {
+        if path.len() < part::LEAST_EVEN.min(divided) {
             return Err(SpectrumError::Uneven);
         }
         let length = samples / divided;

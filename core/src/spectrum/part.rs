@@ -2,7 +2,7 @@
 //!
 //! A part is a record by itself, with a seam of its own. The parts of a record share what is off in that record, and its noise. A part is so
 //! short that its pose hardly changes; the stream says how many parts a record needs ([`Record::path`](crate::stream::Record::path)). Parts in
-//! which the robot does not move evenly are left out.
+//! which the robot does not move evenly are left out, and a record that has too few others.
 
 use core::ops::Range;
 
@@ -15,6 +15,10 @@ use crate::stream::{MAX_PARTS, Record, Stage};
 
 /// Fewest bins of a part; a narrower band has fewer parts. Chosen: their 96 real residuals are as many as a seam of seven joints has unknowns.
 const LEAST_BINS: usize = 16;
+
+/// Fewest even parts of a divided record. Chosen: with more than the three responses of a bin to the force they show what is noise there, as lines of
+/// the spindle.
+pub(crate) const LEAST_EVEN: usize = 4;
 
 /// Joint angles, rad (m).
 pub(super) type Pose = Vec<f64, MAX_JOINTS>;

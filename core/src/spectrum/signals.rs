@@ -78,7 +78,7 @@ impl fmt::Display for SpectrumError {
                 f.write_str("the record's force in the band is hardly above its noise: cut harder")
             }
             Self::Uneven => f.write_str(
-                "the robot starts, stops or turns in all of the record: keep the feed even for longer",
+                "the robot starts, stops or turns in most of the record: keep the feed even for longer",
             ),
         }
     }

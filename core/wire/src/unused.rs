@@ -92,7 +92,7 @@ impl fmt::Display for RecordFault {
                 f.write_str("its force in the band is hardly above its noise: cut harder")
             }
             Self::Uneven => {
-                f.write_str("the robot starts, stops or turns in all of it: feed evenly")
+                f.write_str("the robot starts, stops or turns in most of it: feed evenly")
             }
         }
     }

@@ -3,7 +3,7 @@
 use crate::refine::tests::divided::{self, PARTS, alone, stage};
 use crate::refine::tests::{BINS, SAMPLES, chain, measurement};
 use crate::spectrum::{Experiment, Measurement, Spectrum, SpectrumError};
-use crate::stream::Record;
+use crate::stream::{Record, Stage};
 
 /// Moves of a part: no two are alike.
 fn moves(part: usize) -> f64 {
@@ -19,11 +19,42 @@ fn along(parts: usize) -> Record<SAMPLES> {
     record
 }
 
-fn experiment(
-    record: &Record<SAMPLES>,
+/// A record that is twice as long, along a path of so many parts.
+fn twice(parts: usize) -> Record<{ 2 * SAMPLES }> {
+    let Record { force, acceleration, .. } = along(PARTS);
+    let twice =
+        |signal: &heapless::Vec<f32, SAMPLES>| signal.iter().chain(signal).copied().collect();
+    let [force, acceleration] = [force, acceleration].map(|signals| signals.each_ref().map(twice));
+    let path = (0..parts).map(|part| Stage { moves: moves(part), ..stage(part) }).collect();
+    let own = along(PARTS);
+    Record {
+        force,
+        acceleration,
+        path,
+        start_s: own.start_s,
+        pose: own.pose,
+        since_s: own.since_s,
+        rate_hz: own.rate_hz,
+        force_noise: own.force_noise,
+        acceleration_noise: own.acceleration_noise,
+        force_noise_shape: own.force_noise_shape,
+        acceleration_noise_shape: own.acceleration_noise_shape,
+        has_doubtful_rate: own.has_doubtful_rate,
+        starts_at_rest: own.starts_at_rest,
+        point: own.point,
+    }
+}
+
+/// The measurement in a narrow band: the parts of a record that is twice as long have room.
+fn narrow() -> Measurement {
+    Measurement { band_hz: [5.0, 36.2], ..measurement() }
+}
+
+fn experiment<const N: usize>(
+    record: &Record<N>,
     measurement: &Measurement,
 ) -> Result<Experiment<BINS>, SpectrumError> {
-    Experiment::new(&chain(), measurement, record, &mut [0.0; SAMPLES])
+    Experiment::new(&chain(), measurement, record, &mut [0.0; N])
 }
 
 /// Values of all axes, real parts and then imaginary ones, in these bins.
@@ -90,14 +121,19 @@ fn the_delay_of_a_part_has_grown_since_the_start_of_the_record() {
 
 #[test]
 fn a_part_in_which_the_robot_does_not_move_evenly_is_left_out() {
-    let (mut record, measurement) = (along(PARTS), measurement());
+    let mut record = twice(2 * PARTS);
+    let all = experiment(&record, &narrow()).unwrap();
     record.path[1].is_even = false;
-    let divided = experiment(&record, &measurement).unwrap();
-    assert_eq!((divided.path.len(), divided.divided), (PARTS - 1, PARTS));
-    for (place, part) in [0, 2, 3].into_iter().enumerate() {
-        assert_is(&divided, place, &experiment(&alone(&record, part), &measurement).unwrap());
+    let divided = experiment(&record, &narrow()).unwrap();
+    assert_eq!((divided.path.len(), divided.divided), (2 * PARTS - 1, 2 * PARTS));
+    let bins = |part: usize| part * all.bins_of_part()..(part + 1) * all.bins_of_part();
+    for (place, part) in [0, 2, 3, 4, 5, 6, 7].into_iter().enumerate() {
+        assert_eq!(divided.path[place], all.path[part]);
+        let signals = [(&divided.force, &all.force), (&divided.acceleration, &all.acceleration)];
+        let are_equal = |(own, all)| values(own, bins(place)) == values(all, bins(part));
+        assert!(signals.into_iter().all(are_equal), "part {part}");
     }
-    let whole_s = SAMPLES as f64 / record.rate_hz;
+    let whole_s = 2.0 * SAMPLES as f64 / record.rate_hz;
     assert!((divided.duration() - whole_s).abs() < 1e-12, "{} s", divided.duration());
 }
 
@@ -126,12 +162,12 @@ fn parts_are_merged_where_the_band_is_narrow() {
 
 #[test]
 fn a_merged_part_is_even_if_all_of_it_is() {
-    let measurement = Measurement { band_hz: [5.0, 30.0], ..measurement() };
-    let mut record = along(PARTS);
+    let mut record = twice(4 * PARTS);
     record.path[1].is_even = false;
-    let merged = experiment(&record, &measurement).unwrap();
-    assert_eq!((merged.path.len(), merged.divided), (1, 2));
-    assert!((merged.path[0].pose[0] - 0.425).abs() < 1e-15, "{:?}", merged.path[0].pose);
+    let merged = experiment(&record, &narrow()).unwrap();
+    assert_eq!((merged.path.len(), merged.divided), (2 * PARTS - 1, 2 * PARTS));
+    let mean = 0.5 * (stage(2).pose[0] + stage(3).pose[0]);
+    assert!((merged.path[0].pose[0] - mean).abs() < 1e-15, "{:?}", merged.path[0].pose);
 }
 
 /// No transform is shorter than 256 samples. The band has 128 bins, enough for eight parts.
@@ -143,10 +179,12 @@ fn parts_are_merged_where_they_are_too_short() {
 }
 
 #[test]
-fn a_record_that_is_nowhere_even_is_refused() {
-    let mut record = along(PARTS);
-    record.path.iter_mut().for_each(|stage| stage.is_even = false);
-    assert_eq!(experiment(&record, &measurement()).err(), Some(SpectrumError::Uneven));
+fn a_record_that_is_hardly_anywhere_even_is_refused() {
+    let mut record = twice(2 * PARTS);
+    for (uneven, expected) in [(4, None), (5, Some(SpectrumError::Uneven))] {
+        record.path[..uneven].iter_mut().for_each(|stage| stage.is_even = false);
+        assert_eq!(experiment(&record, &narrow()).err(), expected, "{uneven} parts");
+    }
 }
 
 #[test]
