@@ -6,7 +6,6 @@ use fearless_simd::Level;
 use flexid_core::identify::{Estimate, Phase};
 use flexid_core::parameters::Bushings;
 use flexid_core::refine::{Outcome, Problem, Refinement};
-use flexid_core::sought::Sought;
 use flexid_core::spectrum::Experiment;
 use flexid_simulation::experiment::Cut;
 use nalgebra::DMatrix;
