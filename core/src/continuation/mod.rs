@@ -205,7 +205,7 @@ impl Continuation {
 /// of another chain.
 fn sagged(problem: &Problem<'_>, site: Site<'_>, bushings: &Bushings) -> Option<Terms<f32>> {
     let Problem { chain, measurement, .. } = *problem;
-    let sensors = measurement.sensors(site.point);
+    let sensors = measurement.sensors(&site);
     let sagged = chain
         .linearise(site.pose, measurement.gravity(), bushings)
         .and_then(|linear| Terms::new(&linear, bushings, &sensors));

@@ -37,7 +37,7 @@ pub(super) fn corrected(
     let bushings = sought.bushings(coordinates);
     if correction.is_none() && sought.imperfections().is_empty() {
         let linear = chain.linearise(site.pose, measurement.gravity(), &bushings)?;
-        let terms = Terms::new(&linear, &bushings, &measurement.sensors(site.point))?;
+        let terms = Terms::new(&linear, &bushings, &measurement.sensors(&site))?;
         return Ok(Model::perfect(terms, &linear, chain));
     }
     let imperfect = imperfect(problem, correction, place);

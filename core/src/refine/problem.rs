@@ -49,6 +49,9 @@ impl Problem<'_> {
 
     /// Unknowns of the seam that a record can determine: no jump along an axis that is not measured.
     pub(crate) fn seam_unknowns_of<const B: usize>(&self, experiment: &Experiment<B>) -> usize {
+        if !experiment.is_record() {
+            return 0;
+        }
         let jumps = seam::unknowns(0, self.measurement.feels_gravity()) / 3;
         self.seam_unknowns() - jumps * (3 - experiment.measured_axes())
     }

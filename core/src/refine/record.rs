@@ -14,7 +14,7 @@ use super::plant::columns::Columns;
 use super::problem::Problem;
 use super::residuals::Residuals;
 use super::responses::{self, Bin, OTHERS, Sums};
-use super::seam::{MAX_SEAM, Seam, cost_of};
+use super::seam::{MAX_SEAM, NO_SEAM, Seam, cost_of};
 use super::sizes::{COLUMNS, MAX_SEAMS, OF_RECORD, RecordNormal};
 use super::summary::Summary;
 use super::whitening::{Whitening, WhiteningOfLanes};
@@ -77,6 +77,11 @@ impl Workspace {
         model: &Model,
         record: Bins<'_>,
     ) -> (Seam, f64) {
+        if !record.has_seam() {
+            self.run(problem, model, record, Equations::Seam, Columns::NONE);
+            let seam = Seam { cost: NO_SEAM, ..Seam::ZERO };
+            return (seam, self.record.sum_of_squares());
+        }
         let cost = cost_of(record.square());
         self.run(problem, model, record, Equations::Seam, Columns::NONE);
         let (unknowns, normal) = (problem.seam_unknowns(), &mut self.record);
@@ -89,8 +94,10 @@ impl Workspace {
 
     /// A seam of zero of a record whose acceleration nobody has measured: its reading is the modelled one.
     fn planned_seam(&mut self, problem: &Problem<'_>, model: &Model, record: Bins<'_>) -> Seam {
+        let has_seam = record.has_seam();
         self.run(problem, model, record, Equations::Seam, Columns::NONE);
-        Seam { cost: cost_of(self.record.sum_of_squares()), ..Seam::ZERO }
+        let cost = if has_seam { cost_of(self.record.sum_of_squares()) } else { NO_SEAM };
+        Seam { cost, ..Seam::ZERO }
     }
 
     /// The seam of a record that is measured or planned.
@@ -125,7 +132,7 @@ impl Workspace {
             normal: &mut self.record,
             level: problem.level,
         };
-        if has_plain_columns(&model.terms, problem.sought) {
+        if assembly.record.is_on_axis() && has_plain_columns(&model.terms, problem.sought) {
             ByResponses { assembly, sums: &mut self.sums }.run()
         } else {
             run(assembly)

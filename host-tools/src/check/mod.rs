@@ -13,6 +13,7 @@
 //! | `excitation`  | where the force stands clear of its noise                     |
 //! | `blows`       | blows of a hammer that are cut off, or come twice             |
 //! | `statics`     | the signs of static tests                                     |
+//! | `receptances` | what modal tests hold, and what they lack                     |
 //! | `records`     | number, poses and repetitions of the records                  |
 //! | `source`      | logs that are no whole logs of `candump -L`                   |
 //! | `table`       | the findings as a table for people, `json` for scripts        |
@@ -29,6 +30,7 @@ mod fixture;
 mod identifiers;
 mod joints;
 pub(crate) mod json;
+mod receptances;
 mod records;
 mod rest;
 mod sensors;
@@ -131,6 +133,7 @@ impl<'a> Check<'a> {
         }
         findings.extend(setup::judge(config));
         findings.extend(statics::judge(config));
+        findings.extend(receptances::judge(config));
         findings.sort_by_key(|finding| finding.severity);
         findings.splice(0..0, setup::of_perfect_accuracies(config));
         Self { config, survey, findings }
@@ -167,6 +170,10 @@ impl<'a> Check<'a> {
                     some => format!("ready to record: {joints} and {}", count(some, "identifier")),
                 }
             }
+            None if !self.config.receptances.is_empty() => {
+                let own = receptances::counted(self.config);
+                format!("ready to identify: {own}")
+            }
             None => {
                 let tests = self.config.statics.tests.len() as u64;
                 format!("ready to identify: {}", count(tests, "static test"))
@@ -195,6 +202,7 @@ impl<'a> Check<'a> {
                     Severity::Wrong => {
                         is_of_setup
                             || finding.about == statics::ABOUT
+                            || finding.about == receptances::ABOUT
                             || is_of_readings
                             || is_of_time
                     }

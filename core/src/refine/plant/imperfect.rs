@@ -71,7 +71,7 @@ impl Imperfect {
         site: Site<'_>,
         record: usize,
     ) -> Self {
-        let sensors = problem.measurement.sensors(site.point);
+        let sensors = problem.measurement.sensors(&site);
         let chain = problem.chain.clone();
         let all = problem.sought.imperfections_at(coordinates).chain(others);
         Self::of(chain, sensors, REFERENCE_HZ, site.pose, record).with(all)

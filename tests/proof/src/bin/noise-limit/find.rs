@@ -122,7 +122,34 @@ pub(crate) fn settled_on_plant(
     records: &[Record],
     random: Xoshiro256PlusPlus,
 ) -> Result<OnPlant> {
-    let mut experiments = experiments(task, records)?;
+    settled_on_plant_from(task, accuracies, experiments(task, records)?, random)
+}
+
+/// Identifies a robot whose plant has these accuracies from experiments. Perfect ones are those of no plant.
+pub(crate) fn find_from(
+    task: &Task,
+    accuracies: &Accuracies,
+    experiments: Vec<Experiment<BINS>>,
+    random: Xoshiro256PlusPlus,
+) -> Result<Found> {
+    if accuracies.are_perfect() {
+        let mut identifier = task.identifier(random)?;
+        identifier.renew(&experiments);
+        while identifier.step(&experiments) != Phase::Settled {}
+        let estimate = identifier.estimate().context("a settled identifier without an estimate")?;
+        return Ok(Found::new(estimate, identifier.progress().effort.starts));
+    }
+    let OnPlant { identifier, found, .. } =
+        settled_on_plant_from(task, accuracies, experiments, random)?;
+    Ok(Found::of_plant(&found, identifier.progress().effort.starts))
+}
+
+fn settled_on_plant_from(
+    task: &Task,
+    accuracies: &Accuracies,
+    mut experiments: Vec<Experiment<BINS>>,
+    random: Xoshiro256PlusPlus,
+) -> Result<OnPlant> {
     ensure!(!experiments.is_empty(), "no record");
     let mut identifier = task.identifier(random)?;
     let mut plant = Box::new(Plant::new(accuracies, task.chain));
