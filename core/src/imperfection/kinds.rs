@@ -209,6 +209,8 @@ pub struct Facts {
     pub is_factor: bool,
     /// True if its derivative is that of the model's matrices. Else its derivative is a multiple of readings, forces or impedances.
     pub(super) is_of_model: bool,
+    /// True if it has no effect on a robot that rests.
+    pub(super) moves_only: bool,
     /// Statement of its accuracy.
     pub stated: Stated,
     /// Its accuracy over what the entry states.
@@ -241,18 +243,18 @@ pub const FACTS: &[Facts; KINDS] = &[
     row(Kind::CentreOfMass, 3 * MAX_JOINTS, Group::Geometry, "centre_of_mass_m", "m", "centre of mass {axis} of {joint}"),
     row(Kind::JointAngle, MAX_JOINTS, Group::Geometry, "joint_angle_rad", "rad", "angle of {joint}").along("joint_angle_rad", "m"),
     row(Kind::ElasticCentre, 3 * MAX_JOINTS, Group::Geometry, "elastic_centre_m", "m", "elastic centre {axis} of {joint}"),
-    row(Kind::Inertia, SPREADS * MAX_JOINTS, Group::Geometry, "link_inertia", "", "spread {spread} of {joint}'s link").times(SPREAD_OVER_INERTIA),
+    row(Kind::Inertia, SPREADS * MAX_JOINTS, Group::Geometry, "link_inertia", "", "spread {spread} of {joint}'s link").times(SPREAD_OVER_INERTIA).in_motion(),
     row(Kind::Hysteresis, 1, Group::Impedance, "hysteresis", "", "hysteretic part of dampings"),
-    row(Kind::Servo, MAX_JOINTS, Group::Impedance, "drive_growth", "", "drive of {joint}: growth above 10 Hz"),
+    row(Kind::Servo, MAX_JOINTS, Group::Impedance, "drive_growth", "", "drive of {joint}: growth above 10 Hz").in_motion(),
     row(Kind::Load, 1, Group::Impedance, "drive_growth_per_knm", "1/Nm", "drives: growth with load").of_model(),
     row(Kind::RecordDelay, MAX_EXPERIMENTS, Group::Record, "delay_of_record_s", "s", "delay of record {record}"),
     row(Kind::RecordStiffness, MAX_EXPERIMENTS, Group::Record, "stiffness_of_record", "", "stiffness of record {record}").factor().of_model(),
     row(Kind::Ground, DOF, Group::Ground, "ground_rad_per_nm", "rad/Nm", "ground {dof}").along("ground_m_per_n", "m/N").positive().wider(),
     row(Kind::GroundDamping, DOF, Group::Ground, "ground_rad_per_nm", "rad s/Nm", "damping of ground {dof}").along("ground_m_per_n", "m s/N")
-        .positive().wider().times(GROUND_LAG).stated(Stated::ByAnother),
-    row(Kind::BaseMass, 1, Group::Ground, "base_mass", "", "mass of the base").factor(),
+        .positive().wider().times(GROUND_LAG).stated(Stated::ByAnother).in_motion(),
+    row(Kind::BaseMass, 1, Group::Ground, "base_mass", "", "mass of the base").factor().in_motion(),
     row(Kind::Hose, 1, Group::Hose, "hose_n_per_m", "N/m", "hose at the tool").positive(),
-    row(Kind::HoseDamping, 1, Group::Hose, "hose_ns_per_m", "Ns/m", "damping of hose at the tool").positive(),
+    row(Kind::HoseDamping, 1, Group::Hose, "hose_ns_per_m", "Ns/m", "damping of hose at the tool").positive().in_motion(),
     row(Kind::DelayDrift, 1, Group::Reading, "delay_drift", "s/s", "drift of delay"),
     row(Kind::Dispersion, 1, Group::Reading, "delay_s", "s^3", "low-pass beside its delay: phase").stated(Stated::WithAnother),
     row(Kind::RollOff, 1, Group::Reading, "delay_s", "s^4", "low-pass beside its delay: magnitude").stated(Stated::WithAnother),
@@ -286,6 +288,7 @@ const fn row(
         is_positive: false,
         is_factor: false,
         is_of_model: matches!(group, Group::Mounting | Group::Geometry),
+        moves_only: false,
         stated: Stated::ByEntry,
         times: 1.0,
         prior_over_accuracy: 1.0,
@@ -310,6 +313,10 @@ impl Facts {
 
     const fn of_model(self) -> Self {
         Self { is_of_model: true, ..self }
+    }
+
+    const fn in_motion(self) -> Self {
+        Self { moves_only: true, ..self }
     }
 
     const fn wider(self) -> Self {

@@ -10,7 +10,7 @@
 //! Sequential Estimation_, 1977, chapter 8).
 //!
 //! A row of [`FACTS`] has all facts of a kind, and a row of [`ENTRIES`] those of its accuracy: configuration, reports and exports read them.
-//! A further kind has its physics in `refine::plant`, its advice in `flexid_wire::accuracy`, and its place in the simulator's plant.
+//! The crate's README says what a further kind takes.
 
 mod accuracies;
 mod correction;
@@ -91,6 +91,11 @@ impl Imperfection {
             Group::Geometry | Group::Impedance | Group::Ground | Group::Hose => true,
             Group::Reading | Group::Mounting | Group::Record => false,
         }
+    }
+
+    /// Returns whether it changes how far the robot gives way to a load that rests.
+    pub(crate) fn shows_at_rest(self) -> bool {
+        self.is_of_robot() && !self.facts().moves_only
     }
 
     /// Returns whether it is one of record number `record` alone.

@@ -3,7 +3,8 @@
 use super::batch::Bins;
 use super::equations::Equations;
 use super::model::Model;
-use super::modelled::{self, Place};
+use super::modelled::{self, Changes, Place};
+use super::plant::columns::Columns;
 use super::problem::Problem;
 use super::record::Workspace;
 use super::residuals::Residuals;
@@ -19,8 +20,10 @@ use crate::spectrum::{Experiment, Site};
 
 /// The model of a refinement, whose correction is in its workspace.
 pub(super) struct Corrected<'a> {
-    pub(super) retired: &'a RetiredInformation<PACKED>,
-    pub(super) workspace: &'a mut Workspace,
+    retired: &'a RetiredInformation<PACKED>,
+    workspace: &'a mut Workspace,
+    /// Derivatives of the model that was prepared last by the imperfections that are sought.
+    changes: Changes,
 }
 
 impl Fitted<PACKED> for Corrected<'_> {
@@ -41,11 +44,11 @@ impl Fitted<PACKED> for Corrected<'_> {
         (site, record): (Site<'_>, usize),
         has_columns: bool,
     ) -> Result<Model, LinearisationError> {
-        let Workspace { correction, changes, .. } = &mut *self.workspace;
+        let correction = &self.workspace.correction;
         let place = Place { coordinates, site, record };
         let model = modelled::corrected(problem, correction, place)?;
         if has_columns {
-            modelled::derive(problem, correction, place, &model, changes)?;
+            modelled::derive(problem, correction, place, &model, &mut self.changes)?;
         }
         Ok(model)
     }
@@ -57,7 +60,8 @@ impl Fitted<PACKED> for Corrected<'_> {
         bins: Bins<'_>,
         equations: Equations<'_>,
     ) -> Residuals {
-        self.workspace.run(problem, model, bins, equations)
+        let columns = Columns { changes: &self.changes, ..Columns::NONE };
+        self.workspace.run(problem, model, bins, equations, columns)
     }
 
     fn add_complement(&mut self, problem: &Problem<'_>, seam: &Seam, normal: &mut ParameterNormal) {
@@ -101,7 +105,7 @@ impl<'a, const B: usize> SumOfSquares<'a, Corrected<'a>, B> {
         every: usize,
     ) -> Self {
         workspace.seams.clear();
-        let fitted = Corrected { retired, workspace };
+        let fitted = Corrected { retired, workspace, changes: Changes::new() };
         Self { problem, experiments, fitted, relative_error: 0.0, every }
     }
 }

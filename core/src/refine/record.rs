@@ -9,7 +9,7 @@ use super::basis::Basis;
 use super::batch::{Batch, Bins, spill};
 use super::equations::{Assembly, Equations, Reading, by_lane, whiten};
 use super::model::Model;
-use super::modelled::{self, Changes, Place};
+use super::modelled::{self, Place};
 use super::plant::columns::Columns;
 use super::problem::Problem;
 use super::residuals::Residuals;
@@ -40,8 +40,6 @@ pub(super) fn share_pose(one: &[f64], other: &[f64]) -> bool {
 pub(super) struct Workspace {
     /// None for a perfect model.
     pub(super) correction: Correction,
-    /// Derivatives of the model of the part that was assembled last by the imperfections that are sought.
-    pub(super) changes: Changes,
     /// Normal equations of the record that was assembled last.
     pub(super) record: RecordNormal,
     /// Sums from which these follow.
@@ -56,7 +54,6 @@ impl Workspace {
     pub(super) fn new() -> Self {
         Self {
             correction: Correction::NONE,
-            changes: Vec::new(),
             record: Normal::new(),
             sums: Sums::new(),
             seams: Vec::new(),
@@ -81,12 +78,12 @@ impl Workspace {
         record: Bins<'_>,
     ) -> (Seam, f64) {
         if !record.has_seam() {
-            self.run(problem, model, record, Equations::Seam);
+            self.run(problem, model, record, Equations::Seam, Columns::NONE);
             let seam = Seam { cost: NO_SEAM, ..Seam::ZERO };
             return (seam, self.record.sum_of_squares());
         }
         let cost = cost_of(record.square());
-        self.run(problem, model, record, Equations::Seam);
+        self.run(problem, model, record, Equations::Seam, Columns::NONE);
         let (unknowns, normal) = (problem.seam_unknowns(), &mut self.record);
         problem.eliminate_seam(&Seam { cost, ..Seam::ZERO }, normal);
         let mut solution = [0.0; MAX_SEAM];
@@ -98,7 +95,7 @@ impl Workspace {
     /// A seam of zero of a record whose acceleration nobody has measured: its reading is the modelled one.
     fn planned_seam(&mut self, problem: &Problem<'_>, model: &Model, record: Bins<'_>) -> Seam {
         let has_seam = record.has_seam();
-        self.run(problem, model, record, Equations::Seam);
+        self.run(problem, model, record, Equations::Seam, Columns::NONE);
         let cost = if has_seam { cost_of(self.record.sum_of_squares()) } else { NO_SEAM };
         Seam { cost, ..Seam::ZERO }
     }
@@ -124,13 +121,14 @@ impl Workspace {
         model: &Model,
         record: Bins<'_>,
         equations: Equations<'_>,
+        columns: Columns<'_>,
     ) -> Residuals {
         let assembly = Assembly::<COLUMNS, _> {
             model,
             record,
             equations,
             sought: problem.sought,
-            columns: Columns { changes: &self.changes, ..Columns::NONE },
+            columns,
             normal: &mut self.record,
             level: problem.level,
         };

@@ -121,4 +121,14 @@ pub(super) fn add<V: Lanes<Scalar = f64>, const W: usize>(
 }
 
 #[cfg(test)]
-mod tests;
+mod tests {
+    use super::*;
+
+    /// Where there is one lane, as on a microcontroller, the rows of a bin take the stack of one lane.
+    #[test]
+    fn rows_take_no_more_room_than_there_are_lanes() {
+        let bytes = size_of_val(&<f64 as Lanes>::each([[0.0_f64; COLUMNS]; 6]));
+        assert_eq!(bytes, 8 * 6 * COLUMNS);
+        assert!(bytes < 10_000, "{bytes}");
+    }
+}

@@ -17,14 +17,6 @@ use crate::sought::{Coordinate, Coordinates};
 use crate::statics::{Deflection, StaticTest};
 use crate::{DOF, MAX_JOINTS};
 
-/// Returns whether an imperfection changes how far the robot gives way to a load that rests.
-fn shows_at_rest(imperfection: Imperfection) -> bool {
-    use Imperfection::{BaseMass, GroundDamping, HoseDamping, Inertia, Servo};
-    let moves_only =
-        matches!(imperfection, BaseMass | GroundDamping(_) | HoseDamping | Inertia(..) | Servo(_));
-    imperfection.is_of_robot() && !moves_only
-}
-
 /// Rows of a test, of which three are used: imperfections, unknowns, and the residual.
 pub(super) type Rows = [[f64; ALL + 1]; 6];
 
@@ -46,7 +38,7 @@ impl<'a> Statics<'a> {
         imperfections: impl Iterator<Item = (Imperfection, f64)>,
     ) -> Self {
         let own = problem.sought.imperfections_at(coordinates);
-        let shows = |own: &(Imperfection, f64)| shows_at_rest(own.0) && own.1 != 0.0;
+        let shows = |own: &(Imperfection, f64)| own.0.shows_at_rest() && own.1 != 0.0;
         Self {
             problem,
             bushings: problem.sought.bushings(coordinates),
@@ -128,7 +120,7 @@ impl<'a> Statics<'a> {
         let first_of_unknowns = self.first() + unknowns.first_imperfection();
         let all =
             || (0..).zip(self.sought).chain((first_of_unknowns..).zip(unknowns.imperfections()));
-        let shown = || all().filter(|(_, (own, _))| shows_at_rest(*own));
+        let shown = || all().filter(|(_, (own, _))| own.shows_at_rest());
         if shown().next().is_none() {
             return Ok(());
         }

@@ -40,7 +40,13 @@ fn no_unknown_of_the_seam_is_much_larger_than_the_reading() {
         let model = modelled::perfect(&problem, &coordinates, experiment.site()).unwrap();
         let only = experiment.parts().next().unwrap();
         let (seam, _) = workspace.fit_seam(&problem, &model, Bins::of(&experiment, &only));
-        workspace.run(&problem, &model, Bins::of(&experiment, &only), Equations::Seam);
+        workspace.run(
+            &problem,
+            &model,
+            Bins::of(&experiment, &only),
+            Equations::Seam,
+            Columns::NONE,
+        );
         let values = seam.to_solution(joints.len());
         for (unknown, value) in values.into_iter().enumerate().take(problem.seam_unknowns()) {
             let mut alone = [0.0; MAX_SEAM];
