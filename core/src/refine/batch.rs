@@ -147,7 +147,7 @@ impl<'a> Bins<'a> {
     /// along its movement with the same probability.
     #[inline(always)]
     pub(super) fn noise(&self, model: &Model, bin: usize) -> [[f64; 3]; 2] {
-        let Model { calibration, force_filter, relative_error, .. } = model;
+        let Model { force_gain, force_filter, relative_error, .. } = model;
         let filtered = if force_filter.is_none() {
             1.0
         } else {
@@ -162,7 +162,7 @@ impl<'a> Bins<'a> {
         }
         let mut noise = [[0.0; 3]; 2];
         for axis in 0..3 {
-            let gain = calibration.force_gain[axis];
+            let gain = force_gain[axis];
             noise[0][axis] = filtered * self.at(self.force_noise[axis], bin) / (gain * gain);
             noise[1][axis] = self.at(self.acceleration_noise[axis], bin) + error;
         }
@@ -212,7 +212,7 @@ pub(super) struct Batch<V> {
 impl<V: Lanes<Scalar = f64>> Batch<V> {
     #[inline(always)]
     pub(super) fn new(like: V, record: &Bins<'_>, model: &Model, first: usize) -> Self {
-        let force_gain = &model.calibration.force_gain;
+        let force_gain = &model.force_gain;
         let last = record.bins() - 1;
         let gather = |value: &dyn Fn(usize) -> f64| gather(like, first, last, value);
         let s = Complex { re: like.fill(record.decay()), im: gather(&|bin| record.omega(bin)) };

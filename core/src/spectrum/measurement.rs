@@ -5,7 +5,6 @@ use core::ops::Range;
 use nalgebra::{Rotation3, Vector3};
 
 use super::site::Site;
-use crate::calibration::Calibration;
 use crate::mounting::Mounting;
 use crate::sensors::{Accelerometer, Sensors};
 
@@ -41,17 +40,13 @@ impl Measurement {
         first..(last + 1).max(first)
     }
 
-    /// The sensors with the errors in `calibration`, and the force of this site.
-    pub(crate) fn sensors(&self, calibration: &Calibration, site: &Site<'_>) -> Sensors {
+    /// The sensors without errors, and the force of this site.
+    pub(crate) fn sensors(&self, site: &Site<'_>) -> Sensors {
         let mut mounting = self.mounting;
         if site.is_of_test {
             (mounting.force_axes, mounting.tool_mass) = (Rotation3::identity(), 0.0);
         }
-        Sensors {
-            accelerometer: self.accelerometer,
-            mounting,
-            calibration: *calibration,
-            point: site.point,
-        }
+        let point = site.point;
+        Sensors { accelerometer: self.accelerometer, mounting, point, ..Sensors::default() }
     }
 }

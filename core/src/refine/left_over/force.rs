@@ -18,8 +18,7 @@ use heapless::Vec;
 
 use super::cells::Cell;
 use crate::MAX_JOINTS;
-use crate::imperfection::Imperfection;
-use crate::refine::FoundImperfection;
+use crate::imperfection::{FoundImperfection, Imperfection};
 use crate::refine::record::share_pose;
 
 /// Least ratio of two forces that differ. Chosen: two closer forces give the exponent a standard deviation above 2: [`SCATTER`] over

@@ -15,7 +15,7 @@ mod stated;
 use std::path::{Path, PathBuf};
 
 use flexid_core::MAX_JOINTS;
-use flexid_core::imperfection::Accuracies;
+use flexid_core::imperfection::{Accuracies, Imperfection};
 use flexid_core::mounting::Mounting;
 use flexid_core::parameters::Bounds;
 use flexid_core::sought::{Coordinate, Sought};
@@ -56,7 +56,7 @@ pub struct Config {
     pub gravity: [f64; 3],
     /// Bounds of the parameters.
     pub bounds: Bounds,
-    /// Quantities that are sought: parameters that are not fixed, and nuisances.
+    /// Quantities that are sought: parameters that are not fixed, and imperfections.
     pub sought: Sought,
     /// Standard deviations of what may be off.
     pub accuracies: Accuracies,
@@ -216,7 +216,7 @@ impl Config {
         let angle_step = angle_steps.fold(0.0, f64::max);
         let accuracies = accuracy::accuracies(
             &raw.accuracy,
-            &raw.calibration,
+            &sought,
             model.accuracy.as_ref(),
             recording.band_hz,
             angle_step,
@@ -342,7 +342,7 @@ impl Config {
             record_samples: self.record_samples,
             steps: [self.signals.force_resolution, self.signals.acceleration_resolution],
             axes: [self.mounting.force_axes, self.mounting.accelerometer_axes],
-            seeks_delay: self.sought.unknown(Coordinate::Delay).is_some(),
+            seeks_delay: self.seeks_delay(),
         })
     }
 
@@ -350,8 +350,12 @@ impl Config {
     pub fn with_clocks(&self, found: &FoundClocks) -> Self {
         let typical =
             if self.assumes_perfect { Accuracies::default() } else { Accuracies::typical() };
-        let seeks_delay = self.sought.unknown(Coordinate::Delay).is_some();
-        Self { accuracies: found.widen(&self.accuracies, &typical, seeks_delay), ..self.clone() }
+        let accuracies = found.widen(&self.accuracies, &typical, self.seeks_delay());
+        Self { accuracies, ..self.clone() }
+    }
+
+    fn seeks_delay(&self) -> bool {
+        self.sought.unknown(Coordinate::Imperfection(Imperfection::Delay)).is_some()
     }
 
     /// Returns band, gravity, accelerometer and mounting, from which core makes experiments of records.

@@ -223,7 +223,7 @@ pub(super) struct MountingSection {
     pub(super) tool_centre_m: Option<[f64; 3]>,
 }
 
-/// Nuisances that are sought, each with the standard deviation of its prior.
+/// Imperfections that are sought with the parameters, each with the standard deviation of its prior.
 #[derive(Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct CalibrationSection {

@@ -2,7 +2,6 @@
 
 use anyhow::{Context, Result, ensure};
 use fearless_simd::Level;
-use flexid_core::calibration::Nuisances;
 use flexid_core::chain::Chain;
 use flexid_core::identify::{
     Acceptance, Estimate, Identifier, MAX_NOISE_ROUNDS, Phase, PlantEstimate,
@@ -19,12 +18,13 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 use crate::records::{BINS, Record, experiment};
 use crate::study::logarithms;
 
-/// The task of the identification: model, bounds, measurement, nuisances and static tests.
+/// The task of the identification: model, bounds, measurement, imperfections that are sought, and static tests.
 pub(crate) struct Task<'a> {
     pub(crate) chain: &'a Chain,
     pub(crate) bounds: Bounds,
     pub(crate) measurement: Measurement,
-    pub(crate) nuisances: Nuisances,
+    /// Keys of the imperfections that are sought, each with the standard deviation of its prior.
+    pub(crate) sought: &'a [(&'a str, f64)],
     pub(crate) statics: Vec<StaticTest>,
 }
 
@@ -45,16 +45,24 @@ pub(crate) struct Found {
 }
 
 impl Task<'_> {
+    /// What is sought.
+    pub(crate) fn sought(&self) -> Result<Sought> {
+        let mut sought = Sought::new(self.chain.joints().len())?;
+        for (key, prior) in self.sought {
+            sought.seek(key, *prior)?;
+        }
+        Ok(sought)
+    }
+
     /// An identifier for this task.
     pub(crate) fn identifier(
         &self,
         random: Xoshiro256PlusPlus,
     ) -> Result<Box<Identifier<Xoshiro256PlusPlus>>> {
-        let Self { chain, bounds, measurement, nuisances, statics } = self;
-        let sought = Sought::new(chain.joints().len(), nuisances)?;
+        let Self { chain, bounds, measurement, statics, .. } = self;
         let new = Identifier::new((*chain).clone(), *bounds, *measurement, Level::new(), random);
         let mut identifier = Box::new(new);
-        identifier.seek(sought)?;
+        identifier.seek(self.sought()?)?;
         identifier.add_statics(statics)?;
         Ok(identifier)
     }
