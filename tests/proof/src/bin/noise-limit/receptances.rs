@@ -60,7 +60,7 @@ pub(crate) fn prove(study: &Study, robots: usize, details: bool) -> Result<Vec<F
         let (identified, by_cuts) = (scores().count(), all.iter().map(|one| one.by_cuts).sum());
         figures.push(
             Figure::count(
-                &format!("receptances of {name} plants, three a pose: parameters that are identified, of those that a cut a pose identifies"),
+                format!("receptances of {name} plants, three a pose: parameters that are identified, of those that a cut a pose identifies"),
                 by_cuts,
                 by_cuts > 0 && 100.0 * identified as f64 >= OF_CUTS * by_cuts as f64,
                 identified,
@@ -71,7 +71,7 @@ pub(crate) fn prove(study: &Study, robots: usize, details: bool) -> Result<Vec<F
         let what = format!("receptances of {name} plants, identified");
         figures.push(intervals.cover_on_plants(&what, COVER));
         figures.push(Figure::at_most(
-            &format!("receptances of {name} plants: largest error of an identified parameter"),
+            format!("receptances of {name} plants: largest error of an identified parameter"),
             robots,
             GROSS,
             scores().fold(0.0, f64::max),
