@@ -161,6 +161,21 @@ fn a_window_that_is_not_stated_shows() {
     assert!(estimate.acceptance != Acceptance::Consistent, "{:?}", estimate.consistency);
 }
 
+/// Errors that are stated four times too large widen the intervals, and the fit is consistent.
+#[test]
+fn errors_may_be_smaller_than_stated() {
+    let mut random = Random::new(42);
+    let truth = random.bushings(3);
+    let mut tested = tested(&WHOLE, &truth, &mut random);
+    for experiment in &mut tested {
+        experiment.acceleration_noise.iter_mut().flatten().for_each(|noise| *noise *= 16.0);
+    }
+    let estimate = settle(&mut identifier(parameters(3)), &tested);
+    assert_eq!(estimate.acceptance, Acceptance::Consistent);
+    let scores = scores(&estimate.bushings, &truth, &relative(&estimate));
+    assert!(mean_square(&scores) < 0.2, "{scores:.1?}");
+}
+
 /// Beside cuts: the information adds up.
 #[test]
 fn receptances_and_cuts_are_fitted_together() {

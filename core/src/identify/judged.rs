@@ -9,6 +9,8 @@ pub(super) struct Judged {
     pub(super) degrees_of_freedom: f64,
     pub(super) static_sum_of_squares: f64,
     pub(super) static_residuals: usize,
+    /// True if the errors of some records are those that their user states.
+    pub(super) has_stated_noise: bool,
     pub(super) structure: Structure,
     /// Median surface similarity parameter.
     pub(super) ssp: f64,
@@ -23,6 +25,7 @@ impl Judged {
             degrees_of_freedom: fit.degrees_of_freedom,
             static_sum_of_squares: fit.static_sum_of_squares,
             static_residuals: fit.static_residuals,
+            has_stated_noise: fit.has_stated_noise,
             structure: fit.structure,
             ssp: fit.ssp[0],
             objective: fit.objective,

@@ -23,6 +23,8 @@ use crate::spectrum::{Experiment, Part};
 pub(super) const WINDOW: usize = 24;
 /// Complex unknowns of the response along one axis: `G₀`, `G₁`, `T₀`, `T₁`.
 const UNKNOWNS: usize = 8;
+/// Those of a measured receptance, whose force is one and the same in each bin: `T₀`, `T₁`.
+const UNKNOWNS_OF_RECEPTANCE: usize = 2;
 
 /// Mean squares in a window of bins along an axis, over that of the noise.
 #[derive(Clone, Copy, Debug)]
@@ -81,7 +83,8 @@ impl Window {
         }
         let left = normal.sum_of_squares() / WINDOW as f64;
         normal.eliminate(2 * UNKNOWNS);
-        Self { left, incoherent: normal.sum_of_squares() / (WINDOW - UNKNOWNS) as f64 }
+        let unknowns = if experiment.is_record() { UNKNOWNS } else { UNKNOWNS_OF_RECEPTANCE };
+        Self { left, incoherent: normal.sum_of_squares() / (WINDOW - unknowns) as f64 }
     }
 }
 

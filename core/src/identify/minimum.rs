@@ -155,8 +155,11 @@ impl Minimum {
     }
 
     /// Returns whether the records' residuals are smaller than their noise leaves them: it was not read where nothing is cut. It would hide a
-    /// wrong basin as well.
+    /// wrong basin as well. Noise that is stated may be smaller, as long as the records stand clear of it.
     pub(super) fn noise_is_too_loud(&self) -> bool {
+        if self.judged().has_stated_noise && self.stands_clear() {
+            return false;
+        }
         let Judged { sum_of_squares, degrees_of_freedom, .. } = self.judged();
         let Judged { static_sum_of_squares, static_residuals, .. } = self.judged();
         let of_records = sum_of_squares - static_sum_of_squares;

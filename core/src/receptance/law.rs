@@ -3,12 +3,12 @@
 //! The impedance of a bushing along one degree of freedom is
 //!
 //! ```text
-//! z(s) = k (1 + g ψ(s)) + d σ(s)        ψ(s) = s/(s + ω_s)        σ(s) = s + h χ(s)        χ(s) = ω_r (i + 2/π ln(ω/ω_r)) − s
+//! z(s) = k (1 + g ψ(s)) + d σ(s)        ψ(s) = s/(s + ω_s)        σ(s) = s + h χ(s)        χ(s) = ω_r 2/π ln(s/ω_r) − s
 //! ```
 //!
 //! h is the part of all dampings that is hysteretic. Hysteresis dissipates the same at each frequency; since it is causal, the stiffness
 //! then grows with the logarithm of the frequency (Nashif, Jones and Henderson, _Vibration Damping_, 1985, chapter 2). k and d are those at
-//! ω_r. g is the growth of the stiffness of a drive, whose position loop gives way below the frequency ω_s; its k is that far below ω_s.
+//! ω_r; at s = iω is `2/π ln(s/ω_r) = i + 2/π ln(ω/ω_r)`. g is the growth of the stiffness of a drive, whose position loop gives way below the frequency ω_s; its k is that far below ω_s.
 
 use core::f64::consts::{FRAC_2_PI, TAU};
 
@@ -76,14 +76,17 @@ impl<V: Lanes> Rates<V> {
 /// χ.
 #[inline(always)]
 pub(crate) fn per_hysteretic_part<V: Lanes>(s: Complex<V>, reference: f64) -> Complex<V> {
-    let mut omega = [V::Scalar::default(); WIDEST];
-    s.im.store(&mut omega);
-    for omega in &mut omega[..V::WIDTH] {
-        let logarithm = libm::log(omega.to_f64() / reference);
-        *omega = V::Scalar::from_f64(reference * FRAC_2_PI * logarithm);
+    let [mut re, mut im] = [[V::Scalar::default(); WIDEST]; 2];
+    s.re.store(&mut re);
+    s.im.store(&mut im);
+    // The logarithm of a complex number.
+    for (re, im) in re[..V::WIDTH].iter_mut().zip(&mut im) {
+        let (x, y) = (re.to_f64(), im.to_f64());
+        let logarithm = libm::log(libm::hypot(x, y) / reference);
+        *re = V::Scalar::from_f64(reference * FRAC_2_PI * logarithm);
+        *im = V::Scalar::from_f64(reference * FRAC_2_PI * libm::atan2(y, x));
     }
-    let loss = s.re.fill(V::Scalar::from_f64(reference));
-    Complex::new(s.re.load(&omega), loss) - s
+    Complex::new(s.re.load(&re), s.re.load(&im)) - s
 }
 
 /// ψ.
@@ -122,6 +125,19 @@ mod tests {
                 (sigma.re - (elastic - at_rest)).abs() < 1e-3 * reference,
                 "{omega}: {sigma:?}"
             );
+        }
+    }
+
+    /// The law is analytic: its derivatives along the real and the imaginary axis agree, also off the imaginary one.
+    #[test]
+    fn hysteresis_is_analytic() {
+        let at = |re: f64, im: f64| per_hysteretic_part(Complex { re, im }, 100.0);
+        let step = 1e-4;
+        for (re, im) in [(0.0, 30.0), (3.0, 25.0), (20.0, 10.0)] {
+            let along = (at(re + step, im) - at(re - step, im)).scale(0.5 / step);
+            let across = (at(re, im + step) - at(re, im - step)).scale(0.5 / step);
+            let gap = Complex { re: along.re - across.im, im: along.im + across.re };
+            assert!(gap.square() < 1e-12, "{re} {im}: {along:?} {across:?}");
         }
     }
 

@@ -36,6 +36,8 @@ pub struct Fit {
     pub static_sum_of_squares: f64,
     /// Displacements that the static tests have measured.
     pub static_residuals: usize,
+    /// True if the errors of some records are those that their user states, as of modal tests. They may be larger than they are.
+    pub has_stated_noise: bool,
     /// Standard deviation of the logarithm of each parameter; infinite where the data do not determine it, zero where it is fixed.
     pub deviations: [f64; MAX_PARAMETERS],
     /// `ln det(N + P)`: minus twice the logarithm of the volume of the unknowns that explain the data, but for a constant. N is the
@@ -165,6 +167,7 @@ impl Refinement {
             objective,
             static_sum_of_squares: of_statics,
             static_residuals,
+            has_stated_noise: experiments.iter().any(|own| !own.is_record()),
             degrees_of_freedom: (residuals.saturating_sub(determined) as f64 - seams).max(0.0),
             deviations: deviations(problem.sought, &covariance),
             log_information: log_information(

@@ -12,6 +12,7 @@ fn fit(sum_of_squares: f64, degrees_of_freedom: f64, statics: [f64; 2]) -> Fit {
         degrees_of_freedom,
         static_sum_of_squares: statics[0],
         static_residuals: statics[1] as usize,
+        has_stated_noise: false,
         deviations: [f64::INFINITY; _],
         log_information: 0.0,
         covariance: information.covariance(),
@@ -57,6 +58,16 @@ fn residuals_far_below_the_noise_are_not_consistent() {
         assert_eq!(minimum.is_consistent(), !too_loud, "{sum_of_squares} of {freedom}");
     }
 }
+/// The errors of a modal test may be smaller than stated, as long as its responses stand clear of what is stated.
+#[test]
+fn stated_noise_may_be_too_loud() {
+    for (ssp, too_loud) in [(0.001, false), (0.1, true)] {
+        let fit = Fit { has_stated_noise: true, ssp: [ssp; 2], ..fit(200.0, 10_000.0, [0.0; 2]) };
+        let minimum = Minimum { fit, ..minimum(2000.0, 0.0) };
+        assert_eq!(minimum.noise_is_too_loud(), too_loud, "{ssp}");
+    }
+}
+
 #[test]
 fn a_minimum_is_reached_twice_only_at_the_same_place() {
     let cases = [

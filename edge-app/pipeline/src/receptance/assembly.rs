@@ -260,7 +260,7 @@ fn bins_of(
         let mut is_known = own.re.is_finite() && own.im.is_finite();
         if let Some((coherence, averages)) = coherence {
             let square = coherence.values[index][0];
-            if square > 1.0 + ROUNDING || square < 0.0 {
+            if !(square.is_nan() || (0.0..=1.0 + ROUNDING).contains(&square)) {
                 return Err(format!(
                     "{} is {square} at {} Hz: a coherence lies between 0 and 1; correct it",
                     coherence.place,
