@@ -9,6 +9,7 @@
 //! | [`statics`]: static tests                | [`report`]: an estimate to a finding                              |
 //! | [`poses`]: joint angles of tables        | [`clocks`]: instants of sensors without a common counter          |
 //! | [`path`]: the tool's path, with forces   | [`check`]: frames to what is right and wrong in them, without a fit |
+//! | [`knowledge`]: what experiments say of a robot with imperfections | |
 #![forbid(unsafe_code)]
 
 // Its tests and those beside it share files.
@@ -22,6 +23,7 @@ pub mod config;
 pub mod dynamics;
 pub mod input;
 pub mod intake;
+pub mod knowledge;
 pub mod model;
 pub mod names;
 mod offline;
