@@ -45,7 +45,9 @@ mod units;
 pub use intake::{Counts, Intake};
 pub use offline::{run_offline, run_statics};
 pub use outcome::Outcome;
-pub use record::{BINS, Experiment, MAX_EXPERIMENTS, MAX_PER_POSE, Record, SAMPLES, same_pose};
+pub use record::{
+    BINS, Experiment, MAX_EXPERIMENTS, MAX_PER_POSE, Record, SAMPLES, goes_on, same_pose,
+};
 pub use solver::{Format8, Solver, State};
 
 /// Stack of the threads that hold a stream or a solver, bytes. Core keeps some MB in place, and passes them by value when it

@@ -1,10 +1,10 @@
 //! Where the robot goes in a record along a path.
 
 use flexid_core::chain::Chain;
-use flexid_core::stream::{LEAP, Stage};
-use nalgebra::{Isometry3, Vector3};
+use flexid_core::stream::Stage;
+use nalgebra::Vector3;
 
-use crate::record::Record;
+use crate::record::{Record, goes_on};
 
 /// Motion of the robot in a record along a path.
 #[derive(Clone, Debug, PartialEq)]
@@ -35,17 +35,17 @@ impl Travel {
     pub(super) fn of(record: &Record, chain: &Chain, before: Option<&Self>) -> Option<Self> {
         let station = |Stage { pose, moves, is_even }: &Stage| Station {
             pose: pose.to_vec(),
-            tool_m: tool(chain, pose),
+            tool_m: chain.tool(pose).translation.vector,
             moves: *moves,
             is_even: *is_even,
         };
         let parts: Vec<Station> = record.path.iter().map(station).collect();
         let first = parts.first()?;
         let part_s = record.force[0].len() as f64 / record.rate_hz / parts.len() as f64;
-        let goes_on = |last: &Station| {
-            last.pose.iter().zip(&first.pose).all(|(one, other)| (one - other).abs() <= LEAP)
+        let is_same = |before: &Self| {
+            before.parts.last().is_some_and(|last| goes_on(&last.pose, &first.pose))
         };
-        let goes_on = before.is_some_and(|before| before.parts.last().is_some_and(goes_on));
+        let goes_on = before.is_some_and(is_same);
         let path = before.map_or(0, |before| before.path) + u64::from(!goes_on);
         Some(Self { path, parts, part_s })
     }
@@ -83,11 +83,4 @@ impl Travel {
             (from.is_even && to.is_even, (to.tool_m - from.tool_m).norm())
         })
     }
-}
-
-/// Place of the TCP of a stiff robot, along the axes of the base, m.
-fn tool(chain: &Chain, pose: &[f64]) -> Vector3<f64> {
-    let joints = chain.joints().iter().zip(chain.angles(pose));
-    let tip = joints.fold(Isometry3::identity(), |tip, (joint, angle)| tip * joint.frame(angle));
-    (tip * chain.tcp()).translation.vector
 }

@@ -26,6 +26,8 @@ pub struct FittedRecord {
     pub starts_at_rest: bool,
     /// Joint angles of the part, rad (m).
     pub pose: Vec<f64>,
+    /// Joint angles of all parts that the fit takes, in their order, rad (m). Empty where the robot stands.
+    pub path: Vec<Vec<f64>>,
     /// Number of tones that have been subtracted from the acceleration.
     pub tones: usize,
     /// The parts of the band in which the force stands clear of its noise.
@@ -120,6 +122,10 @@ impl FittedRecord {
             samples: record.force[0].len() / experiment.divided,
             starts_at_rest: record.starts_at_rest,
             pose: experiment.path[middle].pose.to_vec(),
+            path: match experiment.divided {
+                1 => Vec::new(),
+                _ => experiment.path.iter().map(|part| part.pose.to_vec()).collect(),
+            },
             tones: experiment.tones.len(),
             excitation: Excitation::of(experiment, band_hz),
             bins: left.iter().filter(|own| part.contains(&own.bin)).map(bin).collect(),

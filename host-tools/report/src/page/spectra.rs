@@ -55,9 +55,13 @@ pub(super) fn others_title(records: &[RecordEvidence], drawn: &[&RecordEvidence]
     format!("{} of {}", drawn.len(), count(others, "further record"))
 }
 
-/// Number, pose and angles of a record.
+/// Number, pose and angles of a record, or of its middle part.
 pub(super) fn title(record: &RecordEvidence) -> String {
-    format!("Record {}, pose {}, {} rad (m)", record.number, record.pose_number, pose(&record.pose))
+    let (number, own) = (record.number, pose(&record.pose));
+    match record.path.len() {
+        0 => format!("Record {number}, pose {}, {own} rad (m)", record.pose_number),
+        parts => format!("Record {number}, the middle one of its {parts} parts, at {own} rad (m)"),
+    }
 }
 
 /// The record whose residual is largest beside the noise, and the first of the others, as many as are drawn.
