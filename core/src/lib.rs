@@ -140,7 +140,6 @@
 #[cfg(test)]
 extern crate std;
 
-pub mod calibration;
 pub mod chain;
 pub(crate) mod chi_square;
 pub(crate) mod continuation;
@@ -164,10 +163,11 @@ pub mod verdict;
 
 /// Largest number of joints of a chain.
 pub const MAX_JOINTS: usize = 7;
-/// Largest number of nuisances: a delay, three gains of each of two sensors, three misalignment angles, and a mass per link.
-pub const MAX_NUISANCES: usize = 10 + MAX_JOINTS;
+/// Largest number of imperfections that are sought with the parameters: a delay, three gains of each of two sensors, three angles, and a mass
+/// per link.
+pub const MAX_SOUGHT: usize = 10 + MAX_JOINTS;
 /// Largest number of coordinates, and of unknowns of a fit.
-pub const MAX_UNKNOWNS: usize = parameters::MAX_PARAMETERS + MAX_NUISANCES;
+pub const MAX_UNKNOWNS: usize = parameters::MAX_PARAMETERS + MAX_SOUGHT;
 /// Number of degrees of freedom of a bushing: `tx ty tz rx ry rz`.
 pub const DOF: usize = 6;
 /// Names of these degrees of freedom.

@@ -2,7 +2,6 @@
 
 use nalgebra::Vector3;
 
-use crate::calibration::Calibration;
 use crate::mounting::Mounting;
 
 /// Kind of accelerometer: how its axes move, and whether it measures gravity.
@@ -29,8 +28,10 @@ pub struct Sensors {
     pub accelerometer: Accelerometer,
     /// Places and axes of both sensors.
     pub mounting: Mounting,
-    /// Errors of both sensors. The misalignment turns the accelerometer further, about its own axes as mounted.
-    pub calibration: Calibration,
+    /// Delay of the acceleration after the force of the same counter, s.
+    pub delay: f64,
+    /// Gain of each axis of the accelerometer, reading per acceleration.
+    pub acceleration_gain: [f64; 3],
     /// Point of the tool at which the force acts, from the TCP, TCP axes, m.
     pub point: Vector3<f64>,
 }
@@ -40,7 +41,8 @@ impl Default for Sensors {
         Self {
             accelerometer: Accelerometer::Inertial,
             mounting: Mounting::AT_TCP,
-            calibration: Calibration::default(),
+            delay: 0.0,
+            acceleration_gain: [1.0; 3],
             point: Vector3::zeros(),
         }
     }

@@ -6,6 +6,7 @@ use std::error::Error;
 use flexid_core::MAX_JOINTS;
 use flexid_core::chain::{Chain, Joint, JointKind, Link};
 use flexid_core::identify::{Acceptance, Estimate, Identifier};
+use flexid_core::imperfection::Imperfection;
 use flexid_core::parameters::{Bounds, Bushings, EmptyBounds, Ranges};
 use flexid_core::sought::Coordinate;
 use flexid_core::spectrum::{Experiment, Measurement, SpectrumError};
@@ -336,7 +337,7 @@ fn errors_name_the_place_and_the_remedy() {
         Chain::new(&joints, *chain.tcp()).err()
     };
     let nowhere = Translation3::new(f64::NAN, 0.0, 0.0).into();
-    let gain = Coordinate::ForceGain(2);
+    let delay = Coordinate::Imperfection(Imperfection::Delay);
     let stiffness = Coordinate::Stiffness { joint: 1, dof: 5 };
     let mut sought = parameters(3);
     let config = StreamConfig {
@@ -364,10 +365,7 @@ fn errors_name_the_place_and_the_remedy() {
             "pose, axis and centre of mass of joint 2: must be finite",
         ),
         (Chain::new(&[link], nowhere).err().map(Into::into), "pose of the TCP: must be finite"),
-        (
-            sought.fix(gain, 1.0).err().map(Into::into),
-            "force gain z: the chain has no such parameter",
-        ),
+        (sought.fix(delay, 1.0).err().map(Into::into), "Delay: the chain has no such parameter"),
         (
             sought.fix(stiffness, -1.0).err().map(Into::into),
             "joint 2 rz stiffness is fixed at -1: must be positive and finite",

@@ -1,6 +1,6 @@
 //! The information of an experiment, predicted without its acceleration, against that of a fit to the simulated one.
 
-use flexid_core::refine::{Information, Refinement};
+use flexid_core::refine::{Basis, Information, Refinement};
 use flexid_core::spectrum::Experiment;
 
 use crate::common::fits::{parameters, problem};
@@ -25,12 +25,12 @@ fn deviations(count: usize) -> [Vec<f64>; 3] {
         record.acceleration.iter_mut().for_each(|axis| axis.fill(0.0));
         let planned: Experiment<BINS> =
             Experiment::new(&chain, &MEASUREMENT, &record, &mut buffer).unwrap();
-        predicted.add(&refinement.information_planned(&problem, &planned).unwrap());
+        predicted.add(&refinement.information(&problem, &planned, Basis::Planned).unwrap());
     }
     let fitted = refinement.fit(&problem, &done).covariance;
     let mut of_records = Information::none(sought.unknowns());
     for experiment in &done {
-        of_records.add(&refinement.information(&problem, experiment).unwrap());
+        of_records.add(&refinement.information(&problem, experiment, Basis::Measured).unwrap());
     }
     let covariances = [predicted.covariance(), of_records.covariance(), fitted];
     covariances.map(|own| (0..sought.unknowns()).map(|i| own.deviation(i)).collect())

@@ -14,6 +14,7 @@ mod noise;
 mod nuisances;
 mod plants;
 mod receptance;
+mod receptances;
 mod refine;
 mod search;
 mod static_quality;

@@ -1,6 +1,5 @@
 //! Sensors that sit elsewhere than at the TCP: against dense solves, against finite differences, and end to end.
 
-use flexid_core::calibration::{Calibration, Nuisances};
 use flexid_core::chain::Chain;
 use flexid_core::chain::linearise::LinearChain;
 use flexid_core::identify::{Acceptance, Estimate};
@@ -221,35 +220,6 @@ proptest! {
             }
         }
     }
-
-    /// Derivatives in the links' masses; what is beyond the force sensor keeps its own.
-    #[test]
-    fn mass_derivatives_equal_finite_differences(seed in 0_u64..10_000, joints in 1_usize..=7) {
-        let case = Case::new(seed, joints, Vector3::zeros());
-        let calibration = Calibration { delay: 2e-3, misalignment: [0.1, -0.2, 0.3], ..Calibration::default() };
-        let at = |scale: &[f64]| {
-            let linear = case.chain.weighing(scale).linearise(&case.pose, case.gravity, &case.bushings).unwrap();
-            let Case { mounting, point, .. } = case;
-            let sensors = Sensors { mounting, calibration, point, ..Sensors::default() };
-            let terms = Terms::new(&linear, &case.bushings, &sensors).unwrap();
-            respond(&terms.with_masses(), case.s, &case.force, &case.seam)
-        };
-        let here = at(&vec![1.0; joints]);
-        let whole = size(&here.observed.map(dynamic));
-        for link in 0..joints {
-            let with = |logarithm: f64| {
-                let mut scale = vec![1.0; joints];
-                scale[link] = logarithm.exp();
-                at(&scale).observed.map(dynamic)
-            };
-            let (up, down) = (with(1e-5), with(-1e-5));
-            for axis in 0..3 {
-                let ours = dynamic(here.per_mass[axis][link]);
-                let gap = ours - (up[axis] - down[axis]) * 0.5e5;
-                prop_assert!(gap.norm() < 1e-5 * (whole + ours.norm()), "{link} {axis}");
-            }
-        }
-    }
 }
 
 /// The scenario's records with sensors mounted so, in gravity and strapdown.
@@ -346,16 +316,9 @@ fn experiments(
         .collect()
 }
 
-fn identify(
-    records: &[flexid_core::stream::Record<SAMPLES>],
-    mounting: Mounting,
-    nuisances: &Nuisances,
-) -> Estimate {
+fn identify(records: &[flexid_core::stream::Record<SAMPLES>], mounting: Mounting) -> Estimate {
     let experiments = experiments(records, mounting);
-    settle(
-        &mut identifier_of(measurement(mounting), Sought::new(3, nuisances).unwrap()),
-        &experiments,
-    )
+    settle(&mut identifier_of(measurement(mounting), Sought::new(3).unwrap()), &experiments)
 }
 
 fn at_the_noise_limit(estimate: &Estimate, truth: &Bushings) {
@@ -373,7 +336,7 @@ fn sensors_elsewhere_are_allowed_for() {
     let truth = Random::new(83).bushings(3);
     let mounting = spindle();
     let records = records(&mill3(), &truth, mounting, 84);
-    at_the_noise_limit(&identify(&records, mounting, &Nuisances::default()), &truth);
+    at_the_noise_limit(&identify(&records, mounting), &truth);
     let ignorant = [
         ("all", Mounting::AT_TCP),
         ("lever arm", Mounting { accelerometer: Vector3::zeros(), ..mounting }),
@@ -381,7 +344,7 @@ fn sensors_elsewhere_are_allowed_for() {
         ("tool mass", Mounting { tool_mass: 0.0, ..mounting }),
     ];
     for (what, ignorant) in ignorant {
-        let estimate = identify(&records, ignorant, &Nuisances::default());
+        let estimate = identify(&records, ignorant);
         let Estimate { acceptance, consistency, structure, .. } = estimate;
         println!("{what} left out: chi^2/dof {consistency:.2}, {structure:?}");
         assert_ne!(acceptance, Acceptance::Consistent, "{what} left out: {consistency}");

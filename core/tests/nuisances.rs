@@ -1,8 +1,8 @@
 //! Errors beside the joints: found where it is sought, seen where it is not. And records that retire.
 
-use flexid_core::calibration::Nuisances;
 use flexid_core::chain::Chain;
 use flexid_core::identify::{Acceptance, Estimate};
+use flexid_core::imperfection::{Imperfection, Sensor};
 use flexid_core::parameters::Bushings;
 use flexid_core::sought::{Coordinate, Sought};
 use flexid_core::spectrum::Experiment;
@@ -35,43 +35,48 @@ fn spoilt(
         .collect()
 }
 
-fn identify(nuisances: &Nuisances, experiments: &[Experiment<BINS>]) -> Estimate {
-    settle(&mut identifier(Sought::new(3, nuisances).unwrap()), experiments)
+/// Keys of imperfections that are sought, each with its prior.
+type Keys<'a> = &'a [(&'a str, f64)];
+
+fn seeking(keys: Keys<'_>) -> Sought {
+    let mut sought = Sought::new(3).unwrap();
+    keys.iter().for_each(|(key, prior)| sought.seek(key, *prior).unwrap());
+    sought
 }
 
-/// Sought, the nuisances are found within four of their deviations and the intervals hold; not sought, the fit says no.
+fn identify(keys: Keys<'_>, experiments: &[Experiment<BINS>]) -> Estimate {
+    settle(&mut identifier(seeking(keys)), experiments)
+}
+
+/// Sought, the imperfections are found within four of their deviations and the intervals hold; not sought, the fit says no.
 fn found_and_seen(
-    nuisances: &Nuisances,
-    wanted: &[(Coordinate, f64)],
+    keys: Keys<'_>,
+    wanted: &[(Imperfection, f64)],
     make: impl Fn() -> Vec<Experiment<BINS>>,
     truth: &Bushings,
 ) -> Estimate {
-    let estimate = identify(nuisances, &make());
+    let estimate = identify(keys, &make());
     assert_eq!(estimate.acceptance, Acceptance::Consistent);
-    for (coordinate, value) in wanted {
-        let nuisance = estimate.nuisances.iter().find(|n| n.coordinate == *coordinate).unwrap();
-        println!(
-            "{coordinate:?}: {:.6} +- {:.2e}, true {value}",
-            nuisance.value, nuisance.deviation
-        );
-        assert!((nuisance.value - value).abs() < 4.0 * nuisance.deviation, "{nuisance:?}");
+    for (imperfection, value) in wanted {
+        let own = estimate.imperfections.iter().find(|own| own.imperfection == *imperfection);
+        let own = own.unwrap();
+        println!("{imperfection:?}: {:.6} +- {:.2e}, true {value}", own.value, own.deviation);
+        assert!((own.value - value).abs() < 4.0 * own.deviation, "{own:?}");
     }
     let mean_square = mean_square(&scores(&estimate.bushings, truth, &relative(&estimate)));
     assert!((0.3..2.0).contains(&mean_square), "mean square of the scores {mean_square}");
-    let ignorant = identify(&Nuisances::default(), &make());
+    let ignorant = identify(&[], &make());
     println!("ignored: chi^2/dof {:.2}, {:?}", ignorant.consistency, ignorant.structure);
     assert_ne!(ignorant.acceptance, Acceptance::Consistent);
     assert!(ignorant.consistency > 3.0 && ignorant.structure.significance > 20.0);
     estimate
 }
 
-/// The records determine all nuisances: what is left of the prior's deviation is a fifth at most. Whoever reports the
-/// prior has all of it left.
-fn assert_determined(estimate: &Estimate, nuisances: &Nuisances) {
-    let sought = Sought::new(3, nuisances).unwrap();
-    for nuisance in &estimate.nuisances {
-        let prior = sought.width(nuisance.coordinate);
-        assert!(nuisance.deviation < prior / 5.0, "{nuisance:?}, before {prior}");
+/// The records determine all imperfections that are sought: what is left of the prior's deviation is a fifth at most. Whoever reports
+/// the prior has all of it left.
+fn assert_determined(estimate: &Estimate) {
+    for own in &estimate.imperfections {
+        assert!(own.deviation < own.prior / 5.0, "{own:?}");
     }
 }
 
@@ -81,9 +86,8 @@ fn delay() {
     // 0.3 ms are 0.6 samples.
     let conditions = Conditions { late: STEPS * 6 / 10, ..Conditions::default() };
     let make = || spoilt(&mill3(), &truth, 62, &conditions, |_| {});
-    let nuisances = Nuisances { delay: Some(1e-3), ..Nuisances::default() };
-    let estimate = found_and_seen(&nuisances, &[(Coordinate::Delay, 0.3e-3)], make, &truth);
-    assert_determined(&estimate, &nuisances);
+    let wanted = [(Imperfection::Delay, 0.3e-3)];
+    assert_determined(&found_and_seen(&[("delay_s", 1e-3)], &wanted, make, &truth));
 }
 
 /// Both sensors twice as sensitive read the same robot: the mean of all logarithms stays what was believed beforehand,
@@ -100,23 +104,17 @@ fn gains() {
         })
     };
     let prior = 0.1;
-    let nuisances = Nuisances {
-        acceleration_gain: Some(prior),
-        force_gain: Some(prior),
-        ..Nuisances::default()
-    };
-    let wanted = [1.0, 1.1, 1.0, 1.0, 1.0, 0.95].into_iter().enumerate().map(|(index, gain)| {
-        let axis = index % 3;
-        if index < 3 {
-            (Coordinate::AccelerationGain(axis), gain)
-        } else {
-            (Coordinate::ForceGain(axis), gain)
-        }
-    });
+    let keys = [("acceleration_gain", prior), ("force_gain", prior)];
+    let wanted =
+        [1.0_f64, 1.1, 1.0, 1.0, 1.0, 0.95].into_iter().enumerate().map(|(index, gain)| {
+            let sensor = [Sensor::Accelerometer, Sensor::Force][index / 3];
+            (Imperfection::Gain(sensor, index % 3), gain.ln())
+        });
     let wanted: Vec<_> = wanted.collect();
-    let estimate = found_and_seen(&nuisances, &wanted, make, &truth);
-    let sought = Sought::new(3, &nuisances).unwrap();
-    let unknowns: Vec<usize> = wanted.iter().map(|w| sought.unknown(w.0).unwrap()).collect();
+    let estimate = found_and_seen(&keys, &wanted, make, &truth);
+    let sought = seeking(&keys);
+    let unknown = |own| sought.unknown(Coordinate::Imperfection(own)).unwrap();
+    let unknowns: Vec<usize> = wanted.iter().map(|wanted| unknown(wanted.0)).collect();
     let covariance = |a: usize, b: usize| {
         let (a, b) = (unknowns[a], unknowns[b]);
         let own = &estimate.covariance;
@@ -124,12 +122,12 @@ fn gains() {
         prior * prior * own.correlation(a, b) * own.deviation(a) * own.deviation(b)
     };
     let gain = |index: usize| {
-        estimate.nuisances.iter().find(|n| n.coordinate == wanted[index].0).unwrap().value
+        estimate.imperfections.iter().find(|own| own.imperfection == wanted[index].0).unwrap().value
     };
     for a in 0..6 {
         for b in 0..a {
             let deviation = (covariance(a, a) + covariance(b, b) - 2.0 * covariance(a, b)).sqrt();
-            let error = (gain(a) / gain(b) / (wanted[a].1 / wanted[b].1)).ln();
+            let error = gain(a) - gain(b) - (wanted[a].1 - wanted[b].1);
             println!("ratio of gains {a} and {b}: off by {error:+.1e} +- {deviation:.1e}");
             assert!(deviation < prior * 2.0_f64.sqrt() / 5.0, "{a} by {b}: {deviation}");
             assert!(error.abs() < 4.0 * deviation, "{a} by {b}: {error} +- {deviation}");
@@ -143,8 +141,9 @@ fn gains() {
 #[test]
 fn misalignment() {
     let truth = Random::new(65).bushings(3);
-    let turn = nalgebra::Vector3::new(0.01, -0.02, 0.015);
-    let back = nalgebra::Rotation3::new(turn).inverse();
+    let turns = [0.01, -0.02, 0.015];
+    let turn = |axis: usize| nalgebra::Rotation3::new(nalgebra::Vector3::ith(axis, turns[axis]));
+    let back = (turn(0) * turn(1) * turn(2)).inverse();
     let make = || {
         spoilt(&mill3(), &truth, 66, &Conditions::default(), |record| {
             for n in 0..SAMPLES {
@@ -156,10 +155,10 @@ fn misalignment() {
             }
         })
     };
-    let nuisances = Nuisances { misalignment: Some(0.03), ..Nuisances::default() };
-    let wanted = [0, 1, 2].map(|axis| (Coordinate::Misalignment(axis), turn[axis]));
-    let estimate = found_and_seen(&nuisances, &wanted, make, &truth);
-    assert_determined(&estimate, &nuisances);
+    let own = |axis| Imperfection::Turn(Sensor::Accelerometer, axis);
+    let wanted = [0, 1, 2].map(|axis| (own(axis), turns[axis]));
+    let keys = [("accelerometer_angle_rad", 0.03)];
+    assert_determined(&found_and_seen(&keys, &wanted, make, &truth));
 }
 
 #[test]
@@ -174,11 +173,8 @@ fn masses() {
     }
     let heavy = Chain::new(&joints, *mill3().tcp()).expect("as physical as before");
     let make = || spoilt(&heavy, &truth, 68, &Conditions::default(), |_| {});
-    let nuisances = Nuisances { mass: Some(0.05), ..Nuisances::default() };
-    let wanted = scales.into_iter().enumerate();
-    let wanted: Vec<_> = wanted.map(|(link, mass)| (Coordinate::Mass(link), mass)).collect();
-    let estimate = found_and_seen(&nuisances, &wanted, make, &truth);
-    assert_determined(&estimate, &nuisances);
+    let wanted = [0, 1, 2].map(|link| (Imperfection::Mass(link), f64::ln(scales[link])));
+    assert_determined(&found_and_seen(&[("link_mass", 0.05)], &wanted, make, &truth));
 }
 
 #[test]
@@ -186,7 +182,7 @@ fn fixed_and_tied_parameters() {
     let mut truth = Random::new(69).bushings(3);
     truth[1].stiffness[1] = truth[1].stiffness[0];
     let records = experiments(&truth, &mut Random::new(70));
-    let mut sought = Sought::new(3, &Nuisances::default()).unwrap();
+    let mut sought = Sought::new(3).unwrap();
     sought.fix(Coordinate::Damping { joint: 0, dof: 3 }, truth[0].damping[3]).unwrap();
     sought
         .tie(Coordinate::Stiffness { joint: 1, dof: 1 }, Coordinate::Stiffness { joint: 1, dof: 0 })

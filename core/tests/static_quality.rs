@@ -2,7 +2,6 @@
 //! nobody states it; and fits that seek little, or have little to go by.
 
 use fearless_simd::Level;
-use flexid_core::calibration::Nuisances;
 use flexid_core::identify::{Acceptance, Estimate, Identifier};
 use flexid_core::parameters::{Bounds, Bushings, End};
 use flexid_core::sought::{STIFF, Sought, SoughtError};
@@ -295,7 +294,7 @@ fn drives_alone_are_found() {
             assert!(others.into_iter().all(|dof| own.stiffness[dof] == STIFF));
         }
     }
-    let mut other = Sought::new(2, &Nuisances::default()).unwrap();
+    let mut other = Sought::new(2).unwrap();
     assert_eq!(other.seek_drives(&mill3()), Err(SoughtError::JointCount(3)));
 }
 

@@ -85,7 +85,7 @@ impl<'a> Noise<'a> {
             of_parts: experiment.acceleration_noise.each_ref().map(heapless::Vec::as_slice),
             parts,
             first_bins: [spectra.first_bin, experiment.first_bin],
-            left: spectra.noise_left(experiment.spacing / parts as f64),
+            left: spectra.noise_left,
         }
     }
 

@@ -21,7 +21,6 @@
 mod line;
 mod priors;
 
-use crate::calibration::Calibration;
 use crate::loss::target::Target;
 use crate::parameters::Bushings;
 use crate::receptance::Terms;
@@ -206,10 +205,9 @@ impl Continuation {
 /// of another chain.
 fn sagged(problem: &Problem<'_>, site: Site<'_>, bushings: &Bushings) -> Option<Terms<f32>> {
     let Problem { chain, measurement, .. } = *problem;
-    let calibration = Calibration::default();
-    let sensors = measurement.sensors(&calibration, site.point);
-    let sagged = problem
-        .linearise(site.pose, bushings, &calibration)
+    let sensors = measurement.sensors(&site);
+    let sagged = chain
+        .linearise(site.pose, measurement.gravity(), bushings)
         .and_then(|linear| Terms::new(&linear, bushings, &sensors));
     let unsagged = || Some(Target::new(chain, measurement, site).ok()?.terms(bushings));
     sagged.ok().or_else(unsagged)

@@ -4,10 +4,11 @@ use heapless::Vec;
 
 use super::FoundBy;
 use super::minimum::{Minimum, Rival, structure_is_beyond_noise};
+use crate::imperfection::FoundImperfection;
 use crate::parameters::Bushings;
 use crate::refine::{Agreement, Plant, Problem, Refinement, Structure, lies_on_bound};
 use crate::search::MAX_EXPERIMENTS;
-use crate::sought::{Coordinate, Coordinates, MAX_NUISANCES, MAX_UNKNOWNS, Nuisance};
+use crate::sought::{Coordinate, Coordinates, MAX_SOUGHT, MAX_UNKNOWNS};
 use crate::statics::{LeftOut, MAX_STATIC_TESTS};
 use crate::verdict::{Covariance, Direction, MAX_DIRECTIONS, Trust};
 
@@ -75,8 +76,8 @@ pub struct Estimate {
     pub is_of_implausible_plant: bool,
     /// Agreement of each experiment with a fit to the others, in their order; empty if there are no others.
     pub held_out: Vec<Agreement, MAX_EXPERIMENTS>,
-    /// The nuisances that were sought with the parameters.
-    pub nuisances: Vec<Nuisance, MAX_NUISANCES>,
+    /// The imperfections that were sought with the parameters.
+    pub imperfections: Vec<FoundImperfection, MAX_SOUGHT>,
     /// Number of kept experiments in the fit; 0 where it rests on static tests alone.
     pub experiments: usize,
     /// Number of retired records, whose information is in the numbers.
@@ -139,7 +140,7 @@ impl Estimate {
             is_of_implausible_plant: false,
             held_out: Vec::new(),
             experiments,
-            nuisances: problem.sought.found(&minimum.coordinates, &fit.covariance),
+            imperfections: problem.sought.found(&minimum.coordinates, &fit.covariance),
             retired: refinement.retired(),
             forgotten,
             coordinates: minimum.coordinates,

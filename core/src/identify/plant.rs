@@ -7,8 +7,8 @@ use heapless::Vec;
 use super::decision::MAX_PROLONGATIONS;
 use super::minimum::{Minimum, REACHED, structure_is_allowed_for};
 use super::{Acceptance, Estimate, Identifier, Phase};
-use crate::imperfection::{Imperfection, MAX_IMPERFECTIONS};
-use crate::refine::{Explanation, FoundImperfection, MAX_EXPLANATIONS, Outcome, Plant, Problem};
+use crate::imperfection::{FoundImperfection, Imperfection, MAX_IMPERFECTIONS};
+use crate::refine::{Explanation, MAX_EXPLANATIONS, Outcome, Plant, Problem};
 use crate::spectrum::Experiment;
 use crate::verdict::{Covariance, WEAK};
 

@@ -144,12 +144,11 @@ impl<R: Rng> Identifier<R> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::calibration::Nuisances;
     use crate::refine::Refinement;
 
     #[test]
     fn what_no_fit_can_stand_at_is_refused() {
-        let sought = Sought::new(2, &Nuisances::default()).expect("two joints");
+        let sought = Sought::new(2).expect("two joints");
         let bounds = Bounds::new([1e7, 2e8], [1e6, 1e8], [1e2, 1e6], [1e1, 5e5]).expect("in order");
         let middle = bounds.middle(sought.joints());
         let mut refinement = Refinement::new(&sought, &middle);
@@ -190,7 +189,7 @@ mod tests {
 
         let coordinates = sought.coordinates(&middle);
         let mut resume = |joints| {
-            let of = Sought::new(joints, &Nuisances::default()).expect("a few joints");
+            let of = Sought::new(joints).expect("a few joints");
             refinement.resume(&of, &coordinates, &good.retired)
         };
         assert_eq!([resume(3), resume(2)], [None, Some(())]);

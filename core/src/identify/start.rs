@@ -98,11 +98,10 @@ pub(super) mod tests {
 
     use super::*;
     use crate::DOF;
-    use crate::calibration::Nuisances;
 
     /// Two joints, and bounds of six decades.
     pub(in crate::identify) fn two_joints() -> (Sought, Bounds) {
-        let sought = Sought::new(2, &Nuisances::default()).unwrap();
+        let sought = Sought::new(2).unwrap();
         (sought, Bounds::new([1e4, 1e10], [1e3, 1e9], [1e1, 1e7], [1.0, 1e6]).unwrap())
     }
 

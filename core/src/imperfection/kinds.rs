@@ -45,7 +45,7 @@ pub enum Imperfection {
     Gain(Sensor, usize),
     /// Part of the signal along the second axis in the reading along the first.
     Crosstalk(Sensor, usize, usize),
-    /// Rotation vector from the configured axes of a sensor to the true ones, along the configured axes, rad.
+    /// Turn from the configured axes of a sensor to the true ones, about each of its axes after those before, rad.
     Turn(Sensor, usize),
     /// Rotation vector from the configured axes of the tool, both sensors included, to the true ones, along the TCP's axes, rad.
     ToolTurn(usize),

@@ -1,4 +1,5 @@
-//! Imperfections: what is off by a little in every plant, beside the nuisances that a fit seeks. `refine::plant` fits them.
+//! Imperfections: what is off by a little in every plant. `refine::plant` fits them; any fit seeks those that its
+//! [`Sought`](crate::sought::Sought) names, each with a prior of its own.
 //!
 //! A plant is never quite the one that the configuration describes: a mass, a mounting angle or a joint angle differs by a little.
 //! Each [`Imperfection`] has a value p, whose prior is a normal distribution about zero; [`Accuracies`] give its standard deviation. Of
@@ -42,6 +43,20 @@ pub const MAX_IMPERFECTIONS: usize = {
     }
     sum
 };
+
+/// An imperfection that a fit has found.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FoundImperfection {
+    /// The imperfection.
+    pub imperfection: Imperfection,
+    /// Standard deviation of its prior, in the unit of the [`Imperfection`]: its accuracy times [`Imperfection::prior_over_accuracy`], or that with
+    /// which it is sought.
+    pub prior: f64,
+    /// Most likely value, in the same unit.
+    pub value: f64,
+    /// Standard deviation of that value, in the same unit.
+    pub deviation: f64,
+}
 
 impl Imperfection {
     /// Returns whether a robot of this chain can have it, in one of the records that a fit takes.

@@ -1,6 +1,5 @@
 //! The chain at the pose of a record, which the loss of a sample is evaluated with.
 
-use crate::calibration::Calibration;
 use crate::chain::linearise::LinearisationError;
 use crate::chain::{Chain, Jacobian};
 use crate::parameters::{Bushing, Bushings};
@@ -34,7 +33,7 @@ impl Target {
         let rigid = Bushing { stiffness: [RIGID; 6], damping: [RIGID; 6] };
         let bushings: Bushings = chain.joints().iter().map(|_| rigid).collect();
         let linear = chain.linearise(site.pose, measurement.gravity(), &bushings)?;
-        let sensors = measurement.sensors(&Calibration::default(), site.point);
+        let sensors = measurement.sensors(&site);
         let terms = Terms::new(&linear, &bushings, &sensors)?;
         Ok(Self { terms, jacobian: linear.jacobian_of(measurement.mounting.readings(&linear)) })
     }

@@ -15,8 +15,8 @@ use super::elimination::Elimination;
 use super::lanes::{Lanes, Scalar};
 use super::law::Rates;
 use super::recursion::{SeamLoads, outward};
-use super::symmetric::{Factor, at};
-use super::terms::{JointTerms, Terms};
+use super::symmetric::Factor;
+use super::terms::Terms;
 use super::tool::{ToolReaction, tip_displacements};
 use crate::{DOF, MAX_JOINTS};
 
@@ -35,10 +35,6 @@ pub struct Response<V> {
     pub per_load: [PerDof<V>; 3],
     /// q: elongations in this record, m and rad (times seconds).
     pub elongation: PerDof<V>,
-    /// `∂A/∂ln m`: derivative of the observation along `[axis]` by the mass and inertia of link `[j]`, if the terms ask for it.
-    /// It neglects the change of the stiffness due to gravity: for the reference robot at most 4 % at 5 Hz,
-    /// and 0.3 % at 20 Hz.
-    pub per_mass: [[Complex<V>; MAX_JOINTS]; 3],
     /// Elimination of each bushing from the second on, or from the first if the ground gives way, as [`Response::read`] leaves it.
     eliminations: [Elimination<V>; MAX_JOINTS],
     /// Load of the seam at each elimination, as `Elimination::half_solve` leaves it.
@@ -69,7 +65,6 @@ impl<V: Lanes> Response<V> {
             per_force: [[zero; 3]; 3],
             per_load: [per_dof; 3],
             elongation: per_dof,
-            per_mass: [[zero; MAX_JOINTS]; 3],
             eliminations: [Elimination::new(like); MAX_JOINTS],
             seam_half: per_dof,
             rates: Rates::plain(zero),
@@ -222,16 +217,6 @@ impl<V: Lanes> Response<V> {
     #[inline(always)]
     fn inward<const GRAVITY: bool>(&mut self, terms: &Terms<V::Scalar>, s: Complex<V>) {
         for (index, joint) in terms.joints.iter().enumerate().rev() {
-            if terms.masses {
-                let inert = weigh(joint, s * s, &self.load);
-                for axis in 0..3 {
-                    self.per_mass[axis][index] = Complex::zero(s.re);
-                    for i in 0..DOF {
-                        let derivative = &mut self.per_mass[axis][index];
-                        *derivative = derivative.sub_mul(self.observations[axis][i], inert[i]);
-                    }
-                }
-            }
             for column in 0..4 {
                 let (displacement, elongation, half) = match column {
                     3 => {
@@ -281,21 +266,4 @@ impl<V: Lanes> Response<V> {
         }
         derivatives
     }
-}
-
-/// `s² I y`.
-#[inline(always)]
-fn weigh<V: Lanes>(
-    joint: &JointTerms<V::Scalar>,
-    s2: Complex<V>,
-    displacement: &Column<V>,
-) -> Column<V> {
-    let mut inert = [Complex::zero(s2.re); DOF];
-    for i in 0..DOF {
-        for j in 0..DOF {
-            inert[i] = inert[i].add_mul_real(displacement[j], s2.re.fill(joint.inertia[at(i, j)]));
-        }
-        inert[i] = inert[i] * s2;
-    }
-    inert
 }

@@ -1,7 +1,7 @@
 //! The linearised chain and its bushings in the precision of the recursion.
 
 use heapless::Vec;
-use nalgebra::{Matrix3, Matrix6, Rotation3, SMatrix, Vector3};
+use nalgebra::{Matrix3, Matrix6, SMatrix, Vector3};
 
 use super::complex::Complex;
 use super::filter::Filter;
@@ -130,8 +130,6 @@ pub struct Terms<T> {
     pub(crate) collocated: bool,
     /// True if the stiffness due to gravity enters.
     pub(crate) gravity: bool,
-    /// True if a response computes the derivatives by the links' masses.
-    pub(crate) masses: bool,
     /// Hysteresis of all bushings.
     pub(crate) hysteresis: Hysteresis<T>,
     /// The ground under the first joint. `None` if it is rigid.
@@ -142,8 +140,7 @@ pub struct Terms<T> {
 
 impl<T: Scalar> Terms<T> {
     /// Terms of a linearised chain with one bushing per joint, base first, that observe the accelerometer's reading. A strapdown
-    /// accelerometer reads `a + θ × g`, less its reading at rest. The caller applies the masses of the calibration to the chain,
-    /// and its force gains to the force.
+    /// accelerometer reads `a + θ × g`, less its reading at rest.
     ///
     /// # Errors
     ///
@@ -153,17 +150,16 @@ impl<T: Scalar> Terms<T> {
         bushings: &[Bushing],
         sensors: &Sensors,
     ) -> Result<Self, LinearisationError> {
-        let Sensors { accelerometer, mounting, calibration, point } = sensors;
-        let gain = Matrix3::from_diagonal(&calibration.acceleration_gain.into());
-        let turned = Rotation3::new(calibration.misalignment.into()).matrix() * gain;
-        let reading = mounting.readings(chain) * turned;
+        let Sensors { accelerometer, mounting, delay, acceleration_gain, point } = sensors;
+        let gain = Matrix3::from_diagonal(&(*acceleration_gain).into());
+        let reading = mounting.readings(chain) * gain;
         let force = mounting.forces(chain, point);
         let feels_gravity = accelerometer.feels(&chain.gravity_at_tip);
-        let tilt = || columns(&(tilts(chain, &mounting.accelerometer_axes) * turned));
+        let tilt = || columns(&(tilts(chain, &mounting.accelerometer_axes) * gain));
         let observation = Observation::Acceleration {
             translation: columns(&reading),
             gravity: feels_gravity.then(tilt),
-            delay: T::from_f64(calibration.delay),
+            delay: T::from_f64(*delay),
             filter: Filter::default(),
         };
         let tool = (mounting.tool_mass > 0.0).then(|| ToolTerms {
@@ -171,10 +167,7 @@ impl<T: Scalar> Terms<T> {
             weight: columns(&(tilts(chain, &mounting.force_axes) * mounting.tool_mass)),
         });
         Ok(Self {
-            collocated: reading == force
-                && tool.is_none()
-                && !feels_gravity
-                && calibration.delay == 0.0,
+            collocated: reading == force && tool.is_none() && !feels_gravity && *delay == 0.0,
             tool,
             ..Self::observing(observation, &force, chain, bushings)?
         })
@@ -222,7 +215,6 @@ impl<T: Scalar> Terms<T> {
             tool: None,
             collocated: false,
             gravity: chain.gravity_at_tip != Vector3::zeros(),
-            masses: false,
             hysteresis: Hysteresis::default(),
             ground: None,
             hose: None,
@@ -232,11 +224,6 @@ impl<T: Scalar> Terms<T> {
     /// Returns whether gravity shows in what is observed.
     pub(crate) fn feels_gravity(&self) -> bool {
         matches!(self.observation, Observation::Acceleration { gravity: Some(_), .. })
-    }
-
-    /// These terms, with which a response also computes [`Response::per_mass`](super::Response::per_mass).
-    pub fn with_masses(self) -> Self {
-        Self { masses: true, ..self }
     }
 
     /// Whether the bushings are springs and dampers, the same at all frequencies.

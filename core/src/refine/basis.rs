@@ -12,8 +12,8 @@ pub enum Basis {
 /// Use of the equations of a record that a fit does not have.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Asked {
-    /// It retires: its equations are those of a fit.
-    Retirement,
+    /// The equations that it would have in a fit.
+    Fit,
     /// Its Fisher information, at the force as it is.
     Information(Basis),
 }
@@ -21,7 +21,7 @@ pub(super) enum Asked {
 impl Asked {
     pub(super) fn basis(self) -> Basis {
         match self {
-            Self::Retirement => Basis::Measured,
+            Self::Fit => Basis::Measured,
             Self::Information(basis) => basis,
         }
     }

@@ -9,13 +9,14 @@ use super::seam::{ORDERS, powers};
 use crate::linear::gram::WIDEST;
 use crate::receptance::Complex;
 use crate::receptance::lanes::Lanes;
-use crate::spectrum::{Experiment, Part};
+use crate::spectrum::{Experiment, Kind, Part};
 
 /// Relative change of a reading as a joint moves, 1/rad (1/m). Chosen: a turn by an angle turns the reading by as much.
 const PER_MOVEMENT: f64 = 1.0;
 
 /// The bins of one record.
 pub(super) struct Bins<'a> {
+    kind: Kind,
     spacing: f64,
     first_bin: usize,
     /// Distance of the bins that count, 1 where all do.
@@ -38,11 +39,12 @@ impl<'a> Bins<'a> {
     /// The bins of a part of an experiment.
     pub(super) fn of<const B: usize>(experiment: &'a Experiment<B>, part: &Part<'_>) -> Self {
         let whole = Self {
+            kind: experiment.kind,
             spacing: experiment.spacing,
             first_bin: experiment.first_bin,
             every: 1,
             of_movement: (PER_MOVEMENT * part.moves) * (PER_MOVEMENT * part.moves) / 12.0,
-            lowest: experiment.first_bin as f64 * experiment.spacing,
+            lowest: experiment.omega(0),
             force: experiment.force.parts(),
             acceleration: experiment.acceleration.parts(),
             drift: experiment.drift.parts(),
@@ -78,6 +80,7 @@ impl<'a> Bins<'a> {
             |axes: &[[&'a [f32]; 2]; 3]| axes.map(|parts| parts.map(|part| &part[bins.clone()]));
         let cut_noise = |axes: &[&'a [f32]; 3]| axes.map(|axis| &axis[bins.clone()]);
         Self {
+            kind: self.kind,
             spacing: self.spacing,
             first_bin: self.first_bin + bins.start,
             every: self.every,
@@ -144,11 +147,11 @@ impl<'a> Bins<'a> {
     /// along its movement with the same probability.
     #[inline(always)]
     pub(super) fn noise(&self, model: &Model, bin: usize) -> [[f64; 3]; 2] {
-        let Model { calibration, force_filter, relative_error, .. } = model;
+        let Model { force_gain, force_filter, relative_error, .. } = model;
         let filtered = if force_filter.is_none() {
             1.0
         } else {
-            force_filter.inverse(Complex::new(0.0, self.omega(bin))).square()
+            force_filter.inverse(Complex::new(self.decay(), self.omega(bin))).square()
         };
         let mut error = 0.0;
         let of_model = relative_error * relative_error + self.of_movement;
@@ -159,7 +162,7 @@ impl<'a> Bins<'a> {
         }
         let mut noise = [[0.0; 3]; 2];
         for axis in 0..3 {
-            let gain = calibration.force_gain[axis];
+            let gain = force_gain[axis];
             noise[0][axis] = filtered * self.at(self.force_noise[axis], bin) / (gain * gain);
             noise[1][axis] = self.at(self.acceleration_noise[axis], bin) + error;
         }
@@ -171,8 +174,26 @@ impl<'a> Bins<'a> {
         self.lowest
     }
 
+    /// Returns whether the spectra have an end.
+    pub(super) fn has_seam(&self) -> bool {
+        self.kind == Kind::Record
+    }
+
+    /// Returns whether the bins lie on the imaginary axis: no window has damped the signals.
+    pub(super) fn is_on_axis(&self) -> bool {
+        self.decay() == 0.0
+    }
+
+    /// Real part of s, 1/s.
+    fn decay(&self) -> f64 {
+        match self.kind {
+            Kind::Record => 0.0,
+            Kind::Receptance { decay, .. } => decay,
+        }
+    }
+
     fn omega(&self, bin: usize) -> f64 {
-        (self.first_bin + bin * self.every) as f64 * self.spacing
+        self.kind.first() + (self.first_bin + bin * self.every) as f64 * self.spacing
     }
 }
 
@@ -191,12 +212,14 @@ pub(super) struct Batch<V> {
 impl<V: Lanes<Scalar = f64>> Batch<V> {
     #[inline(always)]
     pub(super) fn new(like: V, record: &Bins<'_>, model: &Model, first: usize) -> Self {
-        let force_gain = &model.calibration.force_gain;
+        let force_gain = &model.force_gain;
         let last = record.bins() - 1;
         let gather = |value: &dyn Fn(usize) -> f64| gather(like, first, last, value);
-        let zero = like.fill(0.0);
-        let omega = gather(&|bin| record.omega(bin));
-        let inverse = gather(&|bin| -1.0 / record.omega(bin));
+        let s = Complex { re: like.fill(record.decay()), im: gather(&|bin| record.omega(bin)) };
+        let inverse_s = match record.is_on_axis() {
+            true => Complex::new(like.fill(0.0), gather(&|bin| -1.0 / record.omega(bin))),
+            false => s.reciprocal(),
+        };
         let mut force: [Complex<V>; 3] = core::array::from_fn(|axis| Complex {
             re: gather(&|bin| record.at(record.force[axis][0], bin) / force_gain[axis]),
             im: gather(&|bin| record.at(record.force[axis][1], bin) / force_gain[axis]),
@@ -205,7 +228,6 @@ impl<V: Lanes<Scalar = f64>> Batch<V> {
         for (lane, of_ratio) in of_ratio[..V::WIDTH].iter_mut().enumerate() {
             *of_ratio = powers(record.omega((first + lane).min(last)) / record.lowest);
         }
-        let (s, inverse_s) = (Complex::new(zero, omega), Complex::new(zero, inverse));
         if !model.force_filter.is_none() {
             let inverse = model.force_filter.inverse(s);
             for force in &mut force {

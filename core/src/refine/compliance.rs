@@ -17,7 +17,7 @@ const LEAST_COMPLIANCE: f64 = 0.2;
 const LOSS: [f64; 2] = [0.2, 5.0];
 
 /// How far each unknown may go: a stiffness by the relative fall of its compliance, the others by their logarithms or
-/// nuisances by themselves. `ranges` are those of [`Sought::ranges`].
+/// imperfections by themselves. `ranges` are those of [`Sought::ranges`].
 pub(crate) fn room(sought: &Sought, ranges: &[[f64; 3]; MAX_UNKNOWNS], longest: f64) -> Room {
     let mut room = ranges.map(|[value, lower, upper]| {
         [(lower - value).clamp(-longest, 0.0), (upper - value).clamp(0.0, longest)]
@@ -59,12 +59,11 @@ fn is_stiffness(sought: &Sought, unknown: usize) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::calibration::Nuisances;
 
     const WIDE: [[f64; 3]; MAX_UNKNOWNS] = [[0.0, -50.0, 50.0]; MAX_UNKNOWNS];
 
     fn moved(step: [f64; 2]) -> [f64; 2] {
-        let sought = Sought::new(1, &Nuisances::default()).unwrap();
+        let sought = Sought::new(1).unwrap();
         let mut whole = [0.0; MAX_UNKNOWNS];
         let unknown = |coordinate| sought.unknown(coordinate).unwrap();
         let [k, d] = [
@@ -95,7 +94,7 @@ mod tests {
     /// A step to the end of a room ends at the end of the range.
     #[test]
     fn the_room_ends_where_the_range_does() {
-        let sought = Sought::new(1, &Nuisances::default()).unwrap();
+        let sought = Sought::new(1).unwrap();
         let mut ranges = WIDE;
         ranges[0] = [0.0, -0.3, 0.4];
         let room = room(&sought, &ranges, 1.0);

@@ -16,8 +16,8 @@ use core::ops::Range;
 use fearless_simd::Level;
 
 use super::batch::{Batch, Bins, spill};
-use super::further::Further;
 use super::model::Model;
+use super::plant::columns::Columns;
 use super::residuals::Residuals;
 use super::rows::{Derivatives, Rows, write_seam};
 use super::seam::{Seam, unknowns};
@@ -64,35 +64,37 @@ impl<'a> Equations<'a> {
 
 /// Assembles the normal equations of one record.
 ///
-/// `F` holds further columns, between those of the seam and those of the unknowns. A row has `W` columns, and `L` is the length of the
-/// normal equations.
-pub(super) struct Assembly<'a, F, const W: usize, const L: usize> {
+/// A row has `W` columns, and `L` is the length of the normal equations.
+pub(super) struct Assembly<'a, const W: usize, const L: usize> {
     pub(super) model: &'a Model,
     pub(super) record: Bins<'a>,
     pub(super) equations: Equations<'a>,
     pub(super) sought: &'a Sought,
-    pub(super) further: F,
+    /// Columns of imperfections, between those of the seam and those of the unknowns, and among the latter.
+    pub(super) columns: Columns<'a>,
     pub(super) normal: &'a mut Normal<L>,
     /// Instruction set.
     pub(super) level: Level,
 }
 
-impl<F: Further, const W: usize, const L: usize> Assembly<'_, F, W, L> {
+impl<const W: usize, const L: usize> Assembly<'_, W, L> {
     /// Fills `normal` (not yet eliminated). Returns the residuals of all unknowns; of the seam alone there are none.
     pub(super) fn run(self) -> Residuals {
         f64::dispatch(self.level, self)
     }
 }
 
-impl<F: Further, const W: usize, const L: usize> Kernel<f64> for Assembly<'_, F, W, L> {
+impl<const W: usize, const L: usize> Kernel<f64> for Assembly<'_, W, L> {
     type Output = Residuals;
 
     #[inline(always)]
     fn run<V: Lanes<Scalar = f64>>(mut self, like: V) -> Residuals {
         let bins = self.record.bins();
         let columns = self.columns();
-        let derivatives = Derivatives::new(self.sought, &self.model.calibration, self.first());
+        let derivatives = Derivatives::new(self.sought, self.first());
         self.normal.reset(columns);
+        let has_imperfections = self.equations.has_unknowns()
+            && !(self.columns.before.is_empty() && self.sought.imperfections().is_empty());
         let mut residuals = Residuals::new(bins);
         let mut response = Response::new(like);
         let mut rows = V::each([[0.0; W]; 6]);
@@ -107,13 +109,11 @@ impl<F: Further, const W: usize, const L: usize> Kernel<f64> for Assembly<'_, F,
             let error =
                 self.correct(like, &weights, &noise, &accelerance, &unexplained, lanes.len());
             self.rows(rows, &mut response, &derivatives, &mut batch, &error);
-            if self.equations.has_unknowns() {
-                let (seam, behind) = (self.equations.seam(), self.seam_columns());
-                let loads = seam_loads(seam, batch.inverse_s);
-                if self.further.count() > 0 {
-                    batch.load_drift(&self.record, first);
-                }
-                self.further.write(rows, behind, &response, self.model, &batch, &loads);
+            if has_imperfections {
+                let loads = seam_loads(self.equations.seam(), batch.inverse_s);
+                batch.load_drift(&self.record, first);
+                let place = (self.seam_columns(), self.sought);
+                self.columns.write(rows, place, &response, self.model, &batch, &loads);
             }
             self.accumulate(rows, &weights, &unexplained, lanes, &mut residuals);
         }
@@ -121,7 +121,7 @@ impl<F: Further, const W: usize, const L: usize> Kernel<f64> for Assembly<'_, F,
     }
 }
 
-impl<F: Further, const W: usize, const L: usize> Assembly<'_, F, W, L> {
+impl<const W: usize, const L: usize> Assembly<'_, W, L> {
     pub(super) fn seam_columns(&self) -> usize {
         unknowns(self.model.terms.joints.len(), self.model.terms.feels_gravity())
     }
@@ -137,7 +137,7 @@ impl<F: Further, const W: usize, const L: usize> Assembly<'_, F, W, L> {
 
     /// Column of the first unknown.
     pub(super) fn first(&self) -> usize {
-        self.seam_columns() + self.further.count()
+        self.seam_columns() + self.columns.before.len()
     }
 
     /// Evaluates the model, and returns what it leaves of the measured acceleration: `r = A − H F − …`. The model has no time, so that the drift
@@ -246,14 +246,14 @@ impl<F: Further, const W: usize, const L: usize> Assembly<'_, F, W, L> {
         &self,
         rows: &mut [Rows<W>],
         response: &mut Response<V>,
-        derivatives: &Derivatives<'_>,
+        derivatives: &Derivatives,
         batch: &mut Batch<V>,
         error: &[Complex<V>; 3],
     ) {
         self.elongate(response, batch, error);
         write_seam(rows, response, batch, self.model.terms.joints.len());
         if self.equations.has_unknowns() {
-            derivatives.write(rows, response, &self.model.terms, batch);
+            derivatives.write(rows, response, &self.model.terms);
         }
     }
 

@@ -3,6 +3,7 @@
 use core::f64::consts::TAU;
 
 use super::Refinement;
+use super::basis::Asked;
 use super::objective::Domain as _;
 use super::plant::Plant;
 use super::plant::imperfect::NO_RECORD;
@@ -203,10 +204,12 @@ impl Refinement {
         record: usize,
         experiment: &Experiment<B>,
     ) -> Agreement {
-        let Self { coordinates, minimiser, workspace, .. } = self;
+        let Self { coordinates, minimiser, workspace, retired, .. } = self;
+        let mut objective = SumOfSquares::new(problem, &[], retired, workspace, 1);
         let mut own = ParameterNormal::new();
-        let own_fit = workspace.assemble_fitted(problem, coordinates, record, experiment, &mut own);
-        if own_fit.is_err() {
+        own.reset(problem.sought.unknowns());
+        let of_record = (record, experiment);
+        if objective.add_record(coordinates, of_record, Asked::Fit, &mut own).is_err() {
             return Agreement::default();
         }
         let mut others = minimiser.normal.clone();
@@ -214,8 +217,8 @@ impl Refinement {
         let (step, _) = propose(problem.level, &others, &problem.room(coordinates), 0.0);
         let without = problem.advance(coordinates, &step);
         // What a correction has of this record alone, the others do not know.
-        let predicted =
-            workspace.assemble_fitted(problem, &without, NO_RECORD, experiment, &mut own);
+        let of_record = (NO_RECORD, experiment);
+        let predicted = objective.add_record(&without, of_record, Asked::Fit, &mut own);
         predicted.map_or_else(|_| Agreement::default(), |it| it.agreement())
     }
 }
@@ -242,7 +245,7 @@ pub(super) fn leave_out_bounds<const L: usize>(
 fn log_information(normal: &ParameterNormal, sought: &Sought, bounds: &Bounds) -> f64 {
     let unknowns = sought.unknowns();
     let ranges = sought.ranges(&[0.0; MAX_UNKNOWNS], bounds);
-    // None of an unknown without bounds: of nuisances the normal equations hold the priors.
+    // None of an unknown without bounds: of imperfections the normal equations hold the priors.
     let of_bounds = |unknown: usize| {
         let [_, lower, upper] = ranges[unknown];
         let width = upper - lower;
@@ -284,7 +287,6 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::calibration::Nuisances;
 
     proptest! {
         /// That of a dense matrix, also where the data determine fewer combinations than there are unknowns.
@@ -293,7 +295,7 @@ mod tests {
             rows in prop::collection::vec(prop::array::uniform24(-10.0..10.0_f64), 0..30),
             decades in 1.0..8.0_f64,
         ) {
-            let sought = Sought::new(2, &Nuisances::default()).unwrap();
+            let sought = Sought::new(2).unwrap();
             let wide = [1.0, 10.0_f64.powf(decades)];
             let bounds = Bounds::new(wide, wide, wide, wide).unwrap();
             let mut normal = Normal::new();
@@ -315,7 +317,7 @@ mod tests {
     /// The data determine one combination 10⁹ times as well as the bounds do. Rounding makes no pivot smaller than that of the bounds.
     #[test]
     fn rounding_leaves_the_information_of_the_bounds() {
-        let sought = Sought::new(1, &Nuisances::default()).unwrap();
+        let sought = Sought::new(1).unwrap();
         let wide = [1.0, 1e6];
         let bounds = Bounds::new(wide, wide, wide, wide).unwrap();
         let mut normal = Normal::new();

@@ -9,7 +9,7 @@ use crate::verdict::Covariance;
 /// Inverse covariance of the unknowns of a fit, in the order of [`Sought`].
 #[derive(Clone, Debug)]
 pub struct Information {
-    normal: ParameterNormal,
+    pub(super) normal: ParameterNormal,
 }
 
 impl Information {
@@ -37,24 +37,19 @@ impl Information {
         let mut information = Self::none(sought.unknowns());
         let ranges = sought.ranges(&[0.0; MAX_UNKNOWNS], bounds);
         for (unknown, [_, lower, upper]) in ranges.into_iter().take(sought.unknowns()).enumerate() {
-            // Infinite of a nuisance, which has no bounds.
+            // Infinite of an imperfection, which has no bounds.
             information.add_known(unknown, deviation_between(lower, upper));
         }
         information
     }
 
-    /// Prior information about the nuisances, which every fit uses: each lies about its prior.
-    pub fn of_nuisances(sought: &Sought) -> Self {
+    /// Prior information about the imperfections that are sought, which every fit uses.
+    pub fn of_priors(sought: &Sought) -> Self {
         let mut information = Self::none(sought.unknowns());
         for (unknown, value) in sought.priors(&[0.0; MAX_UNKNOWNS]) {
             information.normal.add_prior(unknown, value);
         }
         information
-    }
-
-    /// Adds that of the part of a record whose first `eliminated` unknowns are gone.
-    pub(super) fn add_complement<const L: usize>(&mut self, record: &Normal<L>, eliminated: usize) {
-        self.normal.add_complement(record, eliminated);
     }
 
     /// Adds the information of independent experiments.
@@ -106,7 +101,6 @@ impl Information {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::calibration::Nuisances;
     use crate::parameters::Ranges;
 
     #[test]
@@ -137,9 +131,9 @@ mod tests {
     }
 
     #[test]
-    fn parameters_have_bounds_and_nuisances_priors() {
-        let nuisances = Nuisances { delay: Some(1e-3), ..Nuisances::default() };
-        let sought = Sought::new(1, &nuisances).unwrap();
+    fn parameters_have_bounds_and_imperfections_priors() {
+        let mut sought = Sought::new(1).unwrap();
+        sought.seek("delay_s", 1e-3).unwrap();
         let bounds = Bounds::alike(Ranges { stiffness: [[1e6, 1e8]; 6], damping: [[1e3, 1e4]; 6] });
         let of_bounds = Information::of_bounds(&sought, &bounds);
         let deviation = |information: &Information, i| information.covariance().deviation(i);
@@ -147,7 +141,7 @@ mod tests {
         assert!((deviation(&of_bounds, 0) - uniform(1e2)).abs() < 1e-12);
         assert!((deviation(&of_bounds, 11) - uniform(1e1)).abs() < 1e-12);
         assert_eq!(deviation(&of_bounds, 12), f64::INFINITY);
-        let of_nuisances = Information::of_nuisances(&sought);
-        assert_eq!([0, 12].map(|i| deviation(&of_nuisances, i)), [f64::INFINITY, 1.0]);
+        let of_priors = Information::of_priors(&sought);
+        assert_eq!([0, 12].map(|i| deviation(&of_priors, i)), [f64::INFINITY, 1.0]);
     }
 }

@@ -15,6 +15,7 @@ use super::batch::{Batch, Bins};
 use super::equations::{Assembly, Equations, by_lane, whiten};
 use super::model::Model;
 use super::plant::Plant;
+use super::plant::columns::Columns;
 use super::problem::Problem;
 use super::record::Workspace;
 use super::residuals::Residuals;
@@ -76,7 +77,7 @@ impl Workspace {
             record: bins(),
             equations: Equations::All(&seam),
             sought: problem.sought,
-            further: (),
+            columns: Columns::NONE,
             normal: &mut self.record,
             level: problem.level,
         };
@@ -88,12 +89,12 @@ impl Workspace {
 
 /// [`Levered::run`], compiled once: not again for each number of bins, in each crate.
 #[inline(never)]
-fn run(assembly: Assembly<'_, (), COLUMNS, OF_RECORD>) -> (Residuals, f64) {
+fn run(assembly: Assembly<'_, COLUMNS, OF_RECORD>) -> (Residuals, f64) {
     f64::dispatch(assembly.level, Levered(assembly))
 }
 
 /// An assembly whose normal equations hold the factor of the seam.
-struct Levered<'a>(Assembly<'a, (), COLUMNS, OF_RECORD>);
+struct Levered<'a>(Assembly<'a, COLUMNS, OF_RECORD>);
 
 impl Kernel<f64> for Levered<'_> {
     type Output = (Residuals, f64);

@@ -7,7 +7,7 @@
 //! | `compliance`, `straight`                                       | compliances: steps along them, and what is straight     |
 //! | `levels`                                                       | errors of the model that a fit allows for at first      |
 //! | `problem`                                                      | the robot, the unknowns and their domain                |
-//! | `sum_of_squares`, `others`, `statics`, `retired`               | the objective: records, priors, static tests, retired   |
+//! | `sum_of_squares`, `corrected`, `others`, `statics`, `retired`  | the objective: records, priors, static tests, retired   |
 //! | `record`, `basis`, `model`, `modelled`, `seam`                 | a part of a record, its seam projected out              |
 //! | `equations`, `batch`, `rows`, `whitening`, `residuals`         | the rows of its bins                                    |
 //! | `responses`                                                    | the same from the responses to unit loads               |
@@ -16,7 +16,7 @@
 //! | `thinning`, `stagnation`                                       | fits that count some of the bins, or are given up       |
 //! | `unexplained`                                                  | what a model leaves of a record, bin by bin             |
 //! | `left_over`                                                    | where what is left is larger than elsewhere             |
-//! | `plant`, `further`                                             | a fit to a plant that is not perfect                    |
+//! | `plant`                                                        | a fit to a plant that is not perfect                    |
 //!
 //! One [`Refinement::step`] tries one step. It ends when the step that is left, without damping and within the bounds,
 //! would lower the sum of squares by less than 1e-4: a hundredth of a standard deviation in all parameters together.
@@ -24,10 +24,10 @@
 mod basis;
 mod batch;
 pub(crate) mod compliance;
+mod corrected;
 pub(crate) mod damping;
 mod equations;
 mod fit;
-mod further;
 mod information;
 mod left_out;
 mod left_over;
@@ -60,15 +60,13 @@ mod whitening;
 
 use heapless::Vec;
 
-use crate::calibration::Calibration;
 use crate::chain::linearise::LinearisationError;
 use crate::parameters::Bushings;
 use crate::sought::{Coordinate, Coordinates, MAX_UNKNOWNS, Sought};
 use crate::spectrum::Experiment;
 use crate::verdict::{self, Direction, MAX_DIRECTIONS};
+use basis::Asked;
 pub use basis::Basis;
-use batch::Bins;
-use equations::Equations;
 pub use fit::Fit;
 pub(crate) use fit::lies_on_bound;
 pub use information::Information;
@@ -77,8 +75,8 @@ pub use levenberg_marquardt::Outcome;
 pub(crate) use levenberg_marquardt::Remaining;
 use levenberg_marquardt::{LevenbergMarquardt, Limits};
 pub use plant::{
-    Explanation, FoundImperfection, MAX_EXPLANATIONS, MAX_RIVALS, Mechanics, Places, Plant,
-    PlantInformation, RetiredRecords,
+    Explanation, MAX_EXPLANATIONS, MAX_RIVALS, Mechanics, Places, Plant, PlantInformation,
+    RetiredRecords,
 };
 pub use problem::Problem;
 use record::Workspace;
@@ -160,11 +158,6 @@ impl Refinement {
     /// The parameters as they stand.
     pub fn bushings(&self, sought: &Sought) -> Bushings {
         sought.bushings(&self.coordinates)
-    }
-
-    /// The nuisances as they stand.
-    pub fn calibration(&self, sought: &Sought) -> Calibration {
-        sought.calibration(&self.coordinates)
     }
 
     /// The objective after the last step: sum of squares of residuals and priors. NaN before the first.
@@ -286,7 +279,9 @@ impl Refinement {
         let Self { workspace, retired, coordinates, .. } = self;
         let expanded = retired.expanded_at(problem.sought, coordinates);
         let mut own = ParameterNormal::new();
-        workspace.assemble_fitted(problem, &expanded, 0, experiment, &mut own)?;
+        own.reset(problem.sought.unknowns());
+        let mut objective = SumOfSquares::new(problem, &[], retired, workspace, 1);
+        objective.add_record(&expanded, (0, experiment), Asked::Fit, &mut own)?;
         retired.take_record(&own, problem.sought, &expanded);
         self.minimiser.linearised = false;
         Ok(())
@@ -337,8 +332,8 @@ impl Refinement {
         self.retired.records()
     }
 
-    /// Fisher information of a measured experiment at the present parameters, its seam projected out. The measured acceleration
-    /// has an effect only through the fitted seam.
+    /// Fisher information of an experiment at the present parameters, its seam projected out, of a robot with the imperfections of the model. A
+    /// measured acceleration has an effect only through the fitted seam; of a planned experiment only the force is used.
     ///
     /// # Errors
     ///
@@ -347,39 +342,13 @@ impl Refinement {
         &mut self,
         problem: &Problem<'_>,
         experiment: &Experiment<B>,
-    ) -> Result<Information, LinearisationError> {
-        self.information_of(problem, experiment, Basis::Measured)
-    }
-
-    /// Fisher information of a planned experiment at the present parameters. The unknowns of the seam are projected out, at a
-    /// seam of zero. Only the force of `experiment` is used.
-    ///
-    /// # Errors
-    ///
-    /// Returns an error if the pose is that of another chain, or if the robot has no equilibrium there.
-    pub fn information_planned<const B: usize>(
-        &mut self,
-        problem: &Problem<'_>,
-        experiment: &Experiment<B>,
-    ) -> Result<Information, LinearisationError> {
-        self.information_of(problem, experiment, Basis::Planned)
-    }
-
-    fn information_of<const B: usize>(
-        &mut self,
-        problem: &Problem<'_>,
-        experiment: &Experiment<B>,
         basis: Basis,
     ) -> Result<Information, LinearisationError> {
-        let Self { coordinates, workspace, .. } = self;
+        let Self { coordinates, workspace, retired, .. } = self;
         let mut information = Information::none(problem.sought.unknowns());
-        for part in experiment.parts() {
-            let bins = || Bins::of(experiment, &part);
-            let model = modelled::perfect(problem, coordinates, part.site)?;
-            let seam = workspace.seam(problem, &model, bins(), basis);
-            workspace.assemble(problem, &model, bins(), Equations::Planned(&seam));
-            information.add_complement(&workspace.record, problem.seam_unknowns());
-        }
+        let mut objective = SumOfSquares::new(problem, &[], retired, workspace, 1);
+        let asked = Asked::Information(basis);
+        objective.add_record(coordinates, (0, experiment), asked, &mut information.normal)?;
         Ok(information)
     }
 }

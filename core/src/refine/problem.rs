@@ -5,11 +5,10 @@ use fearless_simd::Level;
 use super::compliance;
 use super::objective::Domain;
 use super::proposal::{Room, Step};
-use super::seam;
-use crate::calibration::Calibration;
+use super::seam::{self, Seam};
 use crate::chain::Chain;
-use crate::chain::linearise::{LinearChain, LinearisationError};
-use crate::parameters::{Bounds, Bushings};
+use crate::linear::normal::Normal;
+use crate::parameters::Bounds;
 use crate::sought::{Coordinates, Sought};
 use crate::spectrum::{Experiment, Measurement};
 use crate::statics::StaticTest;
@@ -40,33 +39,21 @@ impl Problem<'_> {
         seam::unknowns(self.chain.joints().len(), self.measurement.feels_gravity())
     }
 
+    /// Eliminates the seam at which the normal equations of a record were taken.
+    pub(super) fn eliminate_seam<const L: usize>(&self, seam: &Seam, record: &mut Normal<L>) {
+        let unknowns = self.seam_unknowns();
+        let standing = seam.to_solution(self.chain.joints().len());
+        record.prefer_small(&standing[..unknowns], seam.cost);
+        record.eliminate_with(self.level, unknowns);
+    }
+
     /// Unknowns of the seam that a record can determine: no jump along an axis that is not measured.
     pub(crate) fn seam_unknowns_of<const B: usize>(&self, experiment: &Experiment<B>) -> usize {
+        if !experiment.is_record() {
+            return 0;
+        }
         let jumps = seam::unknowns(0, self.measurement.feels_gravity()) / 3;
         self.seam_unknowns() - jumps * (3 - experiment.measured_axes())
-    }
-
-    /// The chain with the masses that it is taken to have.
-    pub(crate) fn weighed(&self, calibration: &Calibration) -> Chain {
-        match self.sought.seeks_masses() {
-            true => self.chain.weighing(&calibration.mass),
-            false => self.chain.clone(),
-        }
-    }
-
-    /// The chain at a pose, with the masses that it is taken to have.
-    pub(crate) fn linearise(
-        &self,
-        pose: &[f64],
-        bushings: &Bushings,
-        calibration: &Calibration,
-    ) -> Result<LinearChain, LinearisationError> {
-        let gravity = self.measurement.gravity();
-        if self.sought.seeks_masses() {
-            self.chain.weighing(&calibration.mass).linearise(pose, gravity, bushings)
-        } else {
-            self.chain.linearise(pose, gravity, bushings)
-        }
     }
 }
 

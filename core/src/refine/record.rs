@@ -9,12 +9,13 @@ use super::basis::Basis;
 use super::batch::{Batch, Bins, spill};
 use super::equations::{Assembly, Equations, Reading, by_lane, whiten};
 use super::model::Model;
-use super::modelled;
+use super::modelled::{self, Changes, Place};
+use super::plant::columns::Columns;
 use super::problem::Problem;
 use super::residuals::Residuals;
-use super::responses::{Bin, Columns, OTHERS, Sums};
-use super::seam::{MAX_SEAM, Seam, cost_of};
-use super::sizes::{COLUMNS, MAX_SEAMS, OF_RECORD, ParameterNormal, RecordNormal};
+use super::responses::{self, Bin, OTHERS, Sums};
+use super::seam::{MAX_SEAM, NO_SEAM, Seam, cost_of};
+use super::sizes::{COLUMNS, MAX_SEAMS, OF_RECORD, RecordNormal};
 use super::summary::Summary;
 use super::whitening::{Whitening, WhiteningOfLanes};
 use crate::DOF;
@@ -24,8 +25,7 @@ use crate::linear::gram::WIDEST;
 use crate::linear::normal::Normal;
 use crate::receptance::lanes::{Kernel, Lanes, Precision as _};
 use crate::receptance::{Response, Terms};
-use crate::sought::{Coordinate, Coordinates, MAX_UNKNOWNS, Sought};
-use crate::spectrum::{Experiment, Site};
+use crate::sought::{Coordinate, MAX_UNKNOWNS, Sought};
 
 /// Largest difference of two joint angles of poses in which a model lacks the same, rad (m). Chosen: it changes a receptance by about 1 %.
 const ALIKE: f64 = 0.01;
@@ -40,6 +40,8 @@ pub(super) fn share_pose(one: &[f64], other: &[f64]) -> bool {
 pub(super) struct Workspace {
     /// None for a perfect model.
     pub(super) correction: Correction,
+    /// Derivatives of the model of the part that was assembled last by the imperfections that are sought.
+    pub(super) changes: Changes,
     /// Normal equations of the record that was assembled last.
     pub(super) record: RecordNormal,
     /// Sums from which these follow.
@@ -54,6 +56,7 @@ impl Workspace {
     pub(super) fn new() -> Self {
         Self {
             correction: Correction::NONE,
+            changes: Vec::new(),
             record: Normal::new(),
             sums: Sums::new(),
             seams: Vec::new(),
@@ -61,15 +64,13 @@ impl Workspace {
         }
     }
 
-    /// The model at the site of a record, of this number.
+    /// The model in a part of a record.
     pub(super) fn model(
         &self,
         problem: &Problem<'_>,
-        coordinates: &Coordinates,
-        site: Site<'_>,
-        record: usize,
+        place: Place<'_>,
     ) -> Result<Model, LinearisationError> {
-        modelled::corrected(problem, &self.correction, coordinates, site, record)
+        modelled::corrected(problem, &self.correction, place)
     }
 
     /// The seam that fits a record best, and the sum of squares that remains.
@@ -79,12 +80,15 @@ impl Workspace {
         model: &Model,
         record: Bins<'_>,
     ) -> (Seam, f64) {
+        if !record.has_seam() {
+            self.run(problem, model, record, Equations::Seam);
+            let seam = Seam { cost: NO_SEAM, ..Seam::ZERO };
+            return (seam, self.record.sum_of_squares());
+        }
         let cost = cost_of(record.square());
         self.run(problem, model, record, Equations::Seam);
-        let unknowns = problem.seam_unknowns();
-        let normal = &mut self.record;
-        normal.prefer_small(&[0.0; MAX_SEAM][..unknowns], cost);
-        normal.eliminate_with(problem.level, unknowns);
+        let (unknowns, normal) = (problem.seam_unknowns(), &mut self.record);
+        problem.eliminate_seam(&Seam { cost, ..Seam::ZERO }, normal);
         let mut solution = [0.0; MAX_SEAM];
         normal.substitute(unknowns, &mut solution);
         let seam = Seam::from_solution(&solution[..unknowns], problem.chain.joints().len());
@@ -93,8 +97,10 @@ impl Workspace {
 
     /// A seam of zero of a record whose acceleration nobody has measured: its reading is the modelled one.
     fn planned_seam(&mut self, problem: &Problem<'_>, model: &Model, record: Bins<'_>) -> Seam {
+        let has_seam = record.has_seam();
         self.run(problem, model, record, Equations::Seam);
-        Seam { cost: cost_of(self.record.sum_of_squares()), ..Seam::ZERO }
+        let cost = if has_seam { cost_of(self.record.sum_of_squares()) } else { NO_SEAM };
+        Seam { cost, ..Seam::ZERO }
     }
 
     /// The seam of a record that is measured or planned.
@@ -111,62 +117,24 @@ impl Workspace {
         }
     }
 
-    /// These normal equations of one record, its seam eliminated.
-    pub(super) fn assemble(
-        &mut self,
-        problem: &Problem<'_>,
-        model: &Model,
-        record: Bins<'_>,
-        equations: Equations<'_>,
-    ) -> Residuals {
-        let residuals = self.run(problem, model, record, equations);
-        let unknowns = problem.seam_unknowns();
-        let seam = equations.seam();
-        let standing = seam.to_solution(problem.chain.joints().len());
-        self.record.prefer_small(&standing[..unknowns], seam.cost);
-        self.record.eliminate_with(problem.level, unknowns);
-        residuals
-    }
-
-    /// Fills `normal` with the normal equations of one record, of this number, its parts at their best seams, which are eliminated.
-    pub(super) fn assemble_fitted<const B: usize>(
-        &mut self,
-        problem: &Problem<'_>,
-        coordinates: &Coordinates,
-        record: usize,
-        experiment: &Experiment<B>,
-        normal: &mut ParameterNormal,
-    ) -> Result<Residuals, LinearisationError> {
-        normal.reset(problem.sought.unknowns());
-        let mut residuals = Residuals::default();
-        for part in experiment.parts() {
-            let bins = || Bins::of(experiment, &part);
-            let model = self.model(problem, coordinates, part.site, record)?;
-            let (seam, _) = self.fit_seam(problem, &model, bins());
-            residuals.add(&self.assemble(problem, &model, bins(), Equations::All(&seam)));
-            normal.add_complement(&self.record, problem.seam_unknowns());
-        }
-        Ok(residuals)
-    }
-
     /// Fills the record's normal equations.
-    fn run(
+    pub(super) fn run(
         &mut self,
         problem: &Problem<'_>,
         model: &Model,
         record: Bins<'_>,
         equations: Equations<'_>,
     ) -> Residuals {
-        let assembly = Assembly::<_, COLUMNS, _> {
+        let assembly = Assembly::<COLUMNS, _> {
             model,
             record,
             equations,
             sought: problem.sought,
-            further: (),
+            columns: Columns { changes: &self.changes, ..Columns::NONE },
             normal: &mut self.record,
             level: problem.level,
         };
-        if has_plain_columns(&model.terms, problem.sought) {
+        if assembly.record.is_on_axis() && has_plain_columns(&model.terms, problem.sought) {
             ByResponses { assembly, sums: &mut self.sums }.run()
         } else {
             run(assembly)
@@ -176,19 +144,19 @@ impl Workspace {
 
 /// [`Assembly::run`], compiled once: not again for each number of bins, in each crate.
 #[inline(never)]
-fn run(assembly: Assembly<'_, (), COLUMNS, OF_RECORD>) -> Residuals {
+fn run(assembly: Assembly<'_, COLUMNS, OF_RECORD>) -> Residuals {
     assembly.run()
 }
 
 /// Returns whether all columns are multiples of the responses by the numbers that [`super::responses`] names: dampings go with the velocity,
 /// stiffnesses do not change with the frequency, and nothing but parameters is sought.
 pub(super) fn has_plain_columns(terms: &Terms<f64>, sought: &Sought) -> bool {
-    terms.has_plain_bushings() && sought.nuisances().next().is_none()
+    terms.has_plain_bushings() && sought.imperfections().is_empty()
 }
 
 /// Assembles the normal equations of a record that [`has_plain_columns`], from its responses to unit loads.
 pub(super) struct ByResponses<'a> {
-    pub(super) assembly: Assembly<'a, (), COLUMNS, OF_RECORD>,
+    pub(super) assembly: Assembly<'a, COLUMNS, OF_RECORD>,
     pub(super) sums: &'a mut Sums,
 }
 
@@ -253,7 +221,7 @@ impl Kernel<f64> for ByResponses<'_> {
             let bushing = &model.terms.joints[joint];
             let impulse = 2 * DOF * joint + dof;
             let index = Coordinate::Stiffness { joint, dof }.index();
-            Columns {
+            responses::Columns {
                 impulse,
                 step: impulse + DOF,
                 stiffness: columns[index].map(|column| (column, -bushing.stiffness[dof])),

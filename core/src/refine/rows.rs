@@ -1,16 +1,14 @@
 //! The rows of a record's normal equations: per bin real and imaginary part of each axis, the derivatives in the seam and
 //! behind them those in what is sought.
 
-use nalgebra::Matrix3;
-
 use super::batch::{Batch, spill};
 use super::seam::{ORDERS, PARTS};
 use super::sizes::COLUMNS;
 use crate::DOF;
-use crate::calibration::Calibration;
+use crate::parameters::MAX_PARAMETERS;
 use crate::receptance::lanes::Lanes;
 use crate::receptance::{Complex, Response, Terms};
-use crate::sought::{Coordinate, MAX_UNKNOWNS, Sought};
+use crate::sought::{Coordinate, Sought};
 
 /// Rows of one lane, `W` columns wide.
 pub(super) type Rows<const W: usize = COLUMNS> = [[f64; W]; 6];
@@ -47,21 +45,16 @@ pub(super) fn write_seam<V: Lanes<Scalar = f64>, const W: usize>(
     }
 }
 
-/// Columns of the derivatives in each coordinate, and what these need.
-pub(super) struct Derivatives<'a> {
-    sought: &'a Sought,
-    turning: [Matrix3<f64>; 3],
-    /// Column of each coordinate, and whether it is added to what another has written there.
-    columns: [Option<(usize, bool)>; MAX_UNKNOWNS],
-}
+/// Column of the derivatives by each parameter, and whether it is added to what another has written there.
+pub(super) struct Derivatives([Option<(usize, bool)>; MAX_PARAMETERS]);
 
-impl<'a> Derivatives<'a> {
-    pub(super) fn new(sought: &'a Sought, calibration: &Calibration, first: usize) -> Self {
-        let mut columns = [None; MAX_UNKNOWNS];
-        for (index, unknown) in sought.sought() {
+impl Derivatives {
+    pub(super) fn new(sought: &Sought, first: usize) -> Self {
+        let mut columns = [None; MAX_PARAMETERS];
+        for (index, unknown) in sought.parameters() {
             columns[index] = Some((first + unknown, !sought.leads(index)));
         }
-        Self { sought, turning: calibration.turning(), columns }
+        Self(columns)
     }
 
     #[inline(always)]
@@ -70,7 +63,6 @@ impl<'a> Derivatives<'a> {
         rows: &mut [Rows<W>],
         response: &Response<V>,
         terms: &Terms<f64>,
-        batch: &Batch<V>,
     ) {
         for joint in 0..terms.joints.len() {
             for dof in 0..DOF {
@@ -82,42 +74,6 @@ impl<'a> Derivatives<'a> {
                 }
             }
         }
-        for (index, _) in self.sought.nuisances() {
-            let coordinate = Coordinate::of(index);
-            let width = self.sought.width(coordinate);
-            for axis in 0..3 {
-                let derivative = self.nuisance(coordinate, axis, response, batch);
-                self.put(rows, axis, index, derivative.scale(batch.s.re.fill(width)));
-            }
-        }
-    }
-
-    #[inline(always)]
-    fn nuisance<V: Lanes<Scalar = f64>>(
-        &self,
-        coordinate: Coordinate,
-        axis: usize,
-        response: &Response<V>,
-        batch: &Batch<V>,
-    ) -> Complex<V> {
-        let like = batch.s.re;
-        let reading = response.observed[axis];
-        match coordinate {
-            Coordinate::Delay => -(batch.s * reading),
-            Coordinate::AccelerationGain(own) if own == axis => reading,
-            Coordinate::ForceGain(push) => -(response.per_force[axis][push] * batch.force[push]),
-            Coordinate::Misalignment(about) => {
-                let row = self.turning[about].row(axis);
-                let mut sum = Complex::zero(like);
-                for other in 0..3 {
-                    let entry = like.fill(row[other]);
-                    sum = sum.add_mul_real(response.observed[other], entry);
-                }
-                sum
-            }
-            Coordinate::Mass(link) => response.per_mass[axis][link],
-            _ => Complex::zero(like),
-        }
     }
 
     #[inline(always)]
@@ -128,7 +84,7 @@ impl<'a> Derivatives<'a> {
         index: usize,
         value: Complex<V>,
     ) {
-        match self.columns[index] {
+        match self.0[index] {
             Some((column, false)) => write(rows, axis, column, value),
             Some((column, true)) => add(rows, axis, column, value),
             None => {}

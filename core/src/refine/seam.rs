@@ -15,6 +15,8 @@
 //! larger than the motion of the record. So each unknown has a normal prior: by one standard deviation it adds to the reading as
 //! much as the whole reading is. Its derivative by the parameters is left out, since it is small beside that of readings which
 //! stand clear of their noise.
+//!
+//! A measured receptance has no end. Its seam has a prior of no width.
 
 use crate::{DOF, MAX_JOINTS};
 
@@ -50,6 +52,9 @@ pub(crate) const fn unknowns(joints: usize, tilted: bool) -> usize {
 pub(crate) fn powers(ratio: f64) -> [f64; ORDERS] {
     [1.0, ratio, -1.0 / ratio]
 }
+
+/// The cost of a seam that is none: its unknowns are zero to 1e-12 of what they would be.
+pub(crate) const NO_SEAM: f64 = 1e12;
 
 /// The cost where the square of the reading is this, in standard deviations of its noise; no reading is smaller than one.
 pub(crate) fn cost_of(square: f64) -> f64 {

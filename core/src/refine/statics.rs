@@ -9,7 +9,6 @@ use super::plant::change::STEP;
 use super::plant::imperfect::{Imperfect, PerDof};
 use super::problem::Problem;
 use super::sizes::ALL;
-use crate::calibration::Calibration;
 use crate::chain::linearise::LinearisationError;
 use crate::imperfection::{Imperfection, MAX_IMPERFECTIONS};
 use crate::linear::normal::Normal;
@@ -33,10 +32,9 @@ pub(super) type Rows = [[f64; ALL + 1]; 6];
 pub(super) struct Statics<'a> {
     problem: &'a Problem<'a>,
     bushings: Bushings,
-    calibration: Calibration,
     /// Each imperfection, with its value.
     imperfections: Vec<(Imperfection, f64), MAX_IMPERFECTIONS>,
-    /// The imperfections that are sought with the unknowns, each with its standard deviation.
+    /// The imperfections that are fitted before the unknowns, each with its standard deviation.
     sought: &'a [(Imperfection, f64)],
 }
 
@@ -47,12 +45,12 @@ impl<'a> Statics<'a> {
         coordinates: &Coordinates,
         imperfections: impl Iterator<Item = (Imperfection, f64)>,
     ) -> Self {
+        let own = problem.sought.imperfections_at(coordinates);
         let shows = |own: &(Imperfection, f64)| shows_at_rest(own.0) && own.1 != 0.0;
         Self {
             problem,
             bushings: problem.sought.bushings(coordinates),
-            calibration: problem.sought.calibration(coordinates),
-            imperfections: imperfections.filter(shows).collect(),
+            imperfections: own.chain(imperfections).filter(shows).collect(),
             sought: &[],
         }
     }
@@ -126,7 +124,11 @@ impl<'a> Statics<'a> {
         model: &Deflection,
         rows: &mut Rows,
     ) -> Result<(), LinearisationError> {
-        let shown = || self.sought.iter().enumerate().filter(|(_, (own, _))| shows_at_rest(*own));
+        let unknowns = self.problem.sought;
+        let first_of_unknowns = self.first() + unknowns.first_imperfection();
+        let all =
+            || (0..).zip(self.sought).chain((first_of_unknowns..).zip(unknowns.imperfections()));
+        let shown = || all().filter(|(_, (own, _))| shows_at_rest(*own));
         if shown().next().is_none() {
             return Ok(());
         }
@@ -148,13 +150,14 @@ impl<'a> Statics<'a> {
     /// The robot with its imperfections at the pose of a test.
     fn robot(&self, test: &StaticTest) -> Imperfect {
         let imperfections = self.imperfections.iter().copied();
-        Imperfect::at_rest(self.problem, &self.calibration, &test.pose, imperfections)
+        Imperfect::at_rest(self.problem, &test.pose, imperfections)
     }
 
     /// Displacement, and the part of each stiffness that goes with its damping.
     fn deflection(&self, test: &StaticTest) -> Result<(Deflection, PerDof), LinearisationError> {
         if self.imperfections.is_empty() {
-            let linear = self.problem.linearise(&test.pose, &self.bushings, &self.calibration)?;
+            let Problem { chain, measurement, .. } = self.problem;
+            let linear = chain.linearise(&test.pose, measurement.gravity(), &self.bushings)?;
             let model = Deflection::new(&linear, &self.bushings, &test.wrench, &test.gauge)?;
             return Ok((model, [[0.0; DOF]; MAX_JOINTS]));
         }

@@ -3,7 +3,7 @@
 use crate::linear::normal::Derivatives;
 use crate::sought::{Coordinate, Coordinates, MAX_UNKNOWNS, Sought};
 
-/// The unknowns as compliances c, as b, as gains of the force, inverse masses and inverse gains of the acceleration, and as the other nuisances, at
+/// The unknowns as compliances c, as b, as gains of the force, inverse masses and inverse gains of the acceleration, and as the other imperfections, at
 /// some coordinates. Springs in series, and a common factor on all that the readings do not show, are straight in them.
 pub(super) struct Straight<'a> {
     sought: &'a Sought,
@@ -58,9 +58,9 @@ impl<'a> Straight<'a> {
         }
     }
 
-    /// Derivative of a nuisance that has this value by its unknown.
-    fn slope(&self, nuisance: Option<Coordinate>, value: f64) -> f64 {
-        match nuisance.map_or(0.0, |own| exponent(self.sought, own)) {
+    /// Derivative of an imperfection that has this value by its unknown.
+    fn slope(&self, imperfection: Option<Coordinate>, value: f64) -> f64 {
+        match imperfection.map_or(0.0, |own| exponent(self.sought, own)) {
             0.0 => 1.0,
             exponent => exponent * value,
         }
@@ -104,14 +104,11 @@ impl<'a> Straight<'a> {
     }
 }
 
-/// The factor on the value of a nuisance in the exponent of what a force, as read, moves in proportion to; 0 where it is no logarithm.
-fn exponent(sought: &Sought, nuisance: Coordinate) -> f64 {
-    let sign = match nuisance {
-        Coordinate::ForceGain(_) => 1.0,
-        Coordinate::AccelerationGain(_) | Coordinate::Mass(_) => -1.0,
-        _ => 0.0,
-    };
-    sign * sought.width(nuisance)
+/// The factor on the value of an imperfection in the exponent of what a force, as read, moves in proportion to; 0 where it is no logarithm.
+fn exponent(sought: &Sought, coordinate: Coordinate) -> f64 {
+    let Coordinate::Imperfection(imperfection) = coordinate else { return 0.0 };
+    let own = sought.imperfections().iter().find(|(own, _)| *own == imperfection);
+    own.map_or(0.0, |(_, prior)| imperfection.exponent() * prior)
 }
 
 /// The unknown stiffness of the bushing whose damping this unknown is.
@@ -125,20 +122,14 @@ fn stiffness_of(sought: &Sought, unknown: usize) -> Option<usize> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::calibration::Nuisances;
 
-    /// Of springs and dampers, of a damper whose spring is fixed, and of nuisances.
+    /// Of springs and dampers, of a damper whose spring is fixed, and of imperfections.
     #[test]
     fn derivatives_of_compliance_and_loss_equal_finite_differences() {
-        let own = Some(0.2);
-        let all = Nuisances {
-            delay: own,
-            acceleration_gain: own,
-            force_gain: own,
-            misalignment: own,
-            mass: own,
-        };
-        let mut sought = Sought::new(1, &all).unwrap();
+        let mut sought = Sought::new(1).unwrap();
+        for key in ["delay_s", "acceleration_gain", "force_gain", "link_mass"] {
+            sought.seek(key, 0.2).unwrap();
+        }
         sought.fix(Coordinate::Stiffness { joint: 0, dof: 1 }, 2.0).unwrap();
         let mut coordinates = [0.0; MAX_UNKNOWNS];
         for (index, value) in coordinates.iter_mut().enumerate() {

@@ -14,7 +14,6 @@ use rand_xoshiro::rand_core::SeedableRng as _;
 
 use super::objective::Objective as _;
 use super::*;
-use crate::calibration::Nuisances;
 use crate::chain::{Chain, Joint, JointKind, Link};
 use crate::linear::normal::Normal;
 use crate::mounting::Mounting;
@@ -152,17 +151,16 @@ pub(crate) fn problem<'a>(
 }
 
 pub(crate) fn sought() -> Sought {
-    let mut sought = Sought::new(
-        2,
-        &Nuisances {
-            delay: Some(1e-3),
-            acceleration_gain: Some(0.1),
-            force_gain: Some(0.1),
-            misalignment: Some(0.1),
-            mass: Some(0.1),
-        },
-    )
-    .unwrap();
+    let mut sought = Sought::new(2).unwrap();
+    for (key, prior) in [
+        ("delay_s", 1e-3),
+        ("acceleration_gain", 0.1),
+        ("force_gain", 0.1),
+        ("accelerometer_angle_rad", 0.1),
+        ("link_mass", 0.1),
+    ] {
+        sought.seek(key, prior).unwrap();
+    }
     let stiffness = |dof| Coordinate::Stiffness { joint: 0, dof };
     sought.tie(stiffness(1), stiffness(0)).unwrap();
     sought.fix(Coordinate::Damping { joint: 1, dof: 2 }, 8e3).unwrap();
@@ -286,7 +284,7 @@ proptest! {
 fn every_record_counts_with_its_seam() {
     const MANY: usize = MAX_EXPERIMENTS + 2;
     let (chain, bounds) = (chain(), bounds());
-    let sought = Sought::new(2, &Nuisances::default()).unwrap();
+    let sought = Sought::new(2).unwrap();
     let measurement = Measurement {
         band_hz: [5.0, 60.0],
         gravity: [0.0; 3],
@@ -312,7 +310,7 @@ fn every_record_counts_with_its_seam() {
 #[test]
 fn an_axis_that_is_not_measured_counts_for_nothing() {
     let (chain, bounds, measurement) = (chain(), bounds(), measurement());
-    let sought = Sought::new(2, &Nuisances::default()).unwrap();
+    let sought = Sought::new(2).unwrap();
     let problem = problem(&chain, &measurement, &bounds, &sought);
     let whole = record(&mut Xoshiro256PlusPlus::seed_from_u64(1));
     let fit = |absent: usize, shift: f32| {
@@ -344,7 +342,7 @@ fn an_axis_that_is_not_measured_counts_for_nothing() {
 #[test]
 fn without_an_axis_no_unknown_is_known_better() {
     let (chain, bounds, measurement) = (chain(), bounds(), measurement());
-    let sought = Sought::new(2, &Nuisances::default()).unwrap();
+    let sought = Sought::new(2).unwrap();
     let problem = problem(&chain, &measurement, &bounds, &sought);
     let whole = record(&mut Xoshiro256PlusPlus::seed_from_u64(1));
     let covariance = |absent: usize| {
@@ -368,7 +366,7 @@ fn without_an_axis_no_unknown_is_known_better() {
 #[test]
 fn a_fit_counts_all_bins() {
     let (chain, bounds, measurement) = (chain(), bounds(), measurement());
-    let sought = Sought::new(2, &Nuisances::default()).unwrap();
+    let sought = Sought::new(2).unwrap();
     let record = record(&mut Xoshiro256PlusPlus::seed_from_u64(1));
     let experiment = Experiment::<BINS>::new(&chain, &measurement, &record, &mut [0.0; SAMPLES]);
     let experiments = [experiment.unwrap()];

@@ -5,6 +5,8 @@ use heapless::Vec;
 use super::batch::{Batch, Bins};
 use super::equations::{Accelerance, Assembly, Equations, Noise, Reading, by_lane};
 use super::model::Model;
+use super::modelled::Place;
+use super::plant::columns::Columns;
 use super::record::Workspace;
 use super::sizes::{COLUMNS, OF_RECORD};
 use super::whitening::Whitening;
@@ -129,7 +131,10 @@ impl Refinement {
     ) -> Result<Model, LinearisationError> {
         match plant {
             Some(plant) => plant.model(problem, part.site, record),
-            None => self.workspace.model(problem, coordinates, part.site, record),
+            None => {
+                let place = Place { coordinates, site: part.site, record };
+                self.workspace.model(problem, place)
+            }
         }
     }
 }
@@ -151,7 +156,7 @@ impl Workspace {
             record: bins,
             equations: Equations::All(&seam),
             sought: problem.sought,
-            further: (),
+            columns: Columns::NONE,
             normal: &mut self.record,
             level: problem.level,
         };
@@ -194,12 +199,12 @@ type Take<'a> = &'a mut dyn FnMut(&LeftInBin<'_>);
 
 /// [`Left::run`], compiled once: not again for each number of bins, in each crate.
 #[inline(never)]
-fn run(assembly: Assembly<'_, (), COLUMNS, OF_RECORD>, take: Take<'_>) {
+fn run(assembly: Assembly<'_, COLUMNS, OF_RECORD>, take: Take<'_>) {
     f64::dispatch(assembly.level, Left { assembly, take });
 }
 
 struct Left<'a, 'b> {
-    assembly: Assembly<'a, (), COLUMNS, OF_RECORD>,
+    assembly: Assembly<'a, COLUMNS, OF_RECORD>,
     take: Take<'b>,
 }
 

@@ -11,8 +11,10 @@ use crate::MAX_JOINTS;
 pub enum SoughtError {
     /// The number of joints, which is given here, is not 1 to [`MAX_JOINTS`].
     JointCount(usize),
-    /// The coordinate is not a parameter of the chain: the chain does not have it, or it is a nuisance.
+    /// The coordinate is not a parameter of the chain.
     NoParameter(Coordinate),
+    /// No imperfections have this key, they cannot be negative, or there is no room for them.
+    NoImperfections,
     /// A parameter cannot be fixed at this value, which is not positive and finite.
     Value(Coordinate, f64),
     /// A stiffness and a damping cannot be tied to each other.
@@ -27,6 +29,9 @@ impl fmt::Display for SoughtError {
             }
             Self::NoParameter(coordinate) => {
                 write!(f, "{coordinate}: the chain has no such parameter")
+            }
+            Self::NoImperfections => {
+                write!(f, "no imperfections can be sought so: seek fewer of them")
             }
             Self::Value(parameter, value) => {
                 write!(f, "{parameter} is fixed at {value}: must be positive and finite")

@@ -1,24 +1,23 @@
-//! The unknowns of a fit: the parameters of the joints, of which some may be fixed or tied to each other, and nuisances.
+//! The unknowns of a fit: the parameters of the joints, of which some may be fixed or tied to each other, and imperfections.
 //!
 //! There are [`MAX_UNKNOWNS`] coordinates. The first [`MAX_PARAMETERS`] are the logarithms of the parameters: joint by joint
-//! six stiffnesses and six dampings. The others are the nuisances, in units of their prior's standard deviation. A fit has
-//! one unknown per sought coordinate; tied coordinates share one unknown.
+//! six stiffnesses and six dampings. The imperfections that are sought follow in their order, each in units of its prior's
+//! standard deviation. A fit has one unknown per sought coordinate; tied coordinates share one unknown. Those of the
+//! imperfections come last.
 
 mod coordinate;
 mod error;
 mod values;
 
-use core::ops::Range;
+use heapless::Vec;
 
-use crate::calibration::Nuisances;
-use crate::chain::Chain;
+use crate::chain::{Chain, JointKind};
+use crate::imperfection::{Imperfection, possible};
 use crate::parameters::MAX_PARAMETERS;
 use crate::{DOF, MAX_JOINTS};
-pub(crate) use crate::{MAX_NUISANCES, MAX_UNKNOWNS};
+pub(crate) use crate::{MAX_SOUGHT, MAX_UNKNOWNS};
 pub use coordinate::Coordinate;
-use coordinate::{ACCELERATION_GAIN, DELAY, FORCE_GAIN, MASS, MISALIGNMENT};
 pub use error::SoughtError;
-pub use values::Nuisance;
 pub(crate) use values::{Coordinates, Expected, deviation_between};
 
 /// Stiffness that is treated as rigid, N/m or Nm/rad. Chosen: 1 kN moves it by 0.1 µm, a tenth of what a dial gauge resolves. A larger one takes
@@ -27,35 +26,22 @@ pub const STIFF: f64 = 1e10;
 /// Damping of such a spring, in its stiffness, s. Chosen: 0.1 % of its force at 200 Hz, `2π 200 Hz` times this.
 const LOSS: f64 = 1e-6;
 
-/// Role of a coordinate in a fit.
+/// Role of a parameter in a fit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Role {
-    /// The chain does not have the coordinate, or it is a nuisance that is not sought.
+    /// The chain does not have the parameter.
     Absent,
     /// The parameter has this value, in its own unit.
     Fixed(f64),
-    /// The coordinate is sought.
-    Free {
-        /// Number of its unknown, which tied coordinates share.
-        unknown: u8,
-        /// Standard deviation of a nuisance's prior, in its own unit. A parameter has no prior.
-        prior: Option<f64>,
-    },
+    /// The parameter is sought. Tied parameters share an unknown, whose number this is.
+    Sought(u8),
 }
 
 impl Role {
     fn unknown(self) -> Option<usize> {
         match self {
-            Self::Free { unknown, .. } => Some(usize::from(unknown)),
+            Self::Sought(unknown) => Some(usize::from(unknown)),
             _ => None,
-        }
-    }
-
-    /// Standard deviation of the prior; 0 without a prior.
-    fn width(self) -> f64 {
-        match self {
-            Self::Free { prior: Some(width), .. } => width,
-            _ => 0.0,
         }
     }
 }
@@ -64,58 +50,60 @@ impl Role {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sought {
     joints: usize,
-    /// Number of unknowns.
-    unknowns: usize,
-    /// Role of each coordinate.
-    roles: [Role; MAX_UNKNOWNS],
+    /// Number of unknown parameters.
+    parameters: usize,
+    /// Role of each parameter.
+    roles: [Role; MAX_PARAMETERS],
+    /// The imperfections that are sought, each with the standard deviation of its prior, in its unit.
+    imperfections: Vec<(Imperfection, f64), MAX_SOUGHT>,
     /// True if the stiffnesses have a prior.
     expects_stiffnesses: bool,
 }
 
 impl Sought {
-    /// The unknowns of a fit that seeks all parameters of a chain of `joints` joints, each as its own unknown, and
-    /// `nuisances`.
+    /// The unknowns of a fit that seeks all parameters of a chain of `joints` joints, each as its own unknown.
     ///
     /// # Errors
     ///
     /// Returns an error if `joints` is not 1 to [`MAX_JOINTS`].
-    pub fn new(joints: usize, nuisances: &Nuisances) -> Result<Self, SoughtError> {
+    pub fn new(joints: usize) -> Result<Self, SoughtError> {
         if !(1..=MAX_JOINTS).contains(&joints) {
             return Err(SoughtError::JointCount(joints));
         }
-        Ok(Self::of_joints(joints, nuisances))
+        Ok(Self::of_joints(joints))
     }
 
-    /// The unknowns of a fit that seeks all parameters of `chain`, each as its own unknown, and no nuisances.
+    /// The unknowns of a fit that seeks all parameters of `chain`, each as its own unknown.
     pub(crate) fn parameters_of(chain: &Chain) -> Self {
-        Self::of_joints(chain.joints().len(), &Nuisances::default())
+        Self::of_joints(chain.joints().len())
     }
 
     /// [`Sought::new`] without its check: the caller ensures that `joints` is at most [`MAX_JOINTS`].
-    fn of_joints(joints: usize, nuisances: &Nuisances) -> Self {
-        let roles = [Role::Absent; MAX_UNKNOWNS];
-        let mut sought = Self { joints, unknowns: 0, roles, expects_stiffnesses: false };
-        sought.seek(0..2 * DOF * joints, None);
-        for (range, width) in [
-            (DELAY..ACCELERATION_GAIN, nuisances.delay),
-            (ACCELERATION_GAIN..FORCE_GAIN, nuisances.acceleration_gain),
-            (FORCE_GAIN..MISALIGNMENT, nuisances.force_gain),
-            (MISALIGNMENT..MASS, nuisances.misalignment),
-            (MASS..MASS + joints, nuisances.mass),
-        ] {
-            if width.is_some() {
-                sought.seek(range, width);
-            }
-        }
-        sought
+    fn of_joints(joints: usize) -> Self {
+        let parameters = 2 * DOF * joints;
+        let role =
+            |index| if index < parameters { Role::Sought(index as u8) } else { Role::Absent };
+        let roles = core::array::from_fn(role);
+        Self { joints, parameters, roles, imperfections: Vec::new(), expects_stiffnesses: false }
     }
 
-    /// Makes each of these coordinates an unknown of its own.
-    fn seek(&mut self, range: Range<usize>, prior: Option<f64>) {
-        for role in &mut self.roles[range] {
-            *role = Role::Free { unknown: self.unknowns as u8, prior };
-            self.unknowns += 1;
+    /// Also seeks all imperfections whose accuracy the [entry](crate::imperfection::Entry) of this key states, each with a prior of the standard
+    /// deviation `prior`, in its unit. The fit then keeps no accuracy of theirs.
+    ///
+    /// # Errors
+    ///
+    /// Returns an error if there are none, if they cannot be negative, or if there is no room for them.
+    pub fn seek(&mut self, key: &str, prior: f64) -> Result<(), SoughtError> {
+        let before = self.imperfections.len();
+        let joints = [JointKind::Revolute; MAX_JOINTS];
+        let mut own = possible(&joints[..self.joints], 1).filter(|own| own.entry().key == key);
+        let is_sought =
+            own.all(|own| !own.is_positive() && self.imperfections.push((own, prior)).is_ok());
+        if is_sought && self.imperfections.len() > before {
+            return Ok(());
         }
+        self.imperfections.truncate(before);
+        Err(SoughtError::NoImperfections)
     }
 
     /// Fixes a parameter at `value`, in its own unit. The call has no effect if the parameter is fixed already.
@@ -128,7 +116,7 @@ impl Sought {
             return Err(SoughtError::Value(parameter, value));
         }
         let index = self.parameter(parameter)?;
-        if let Role::Free { unknown, .. } = self.roles[index] {
+        if let Role::Sought(unknown) = self.roles[index] {
             self.roles[index] = Role::Fixed(value);
             self.close(unknown);
         }
@@ -147,7 +135,7 @@ impl Sought {
         if stiffness(parameter) != stiffness(other) {
             return Err(SoughtError::NotAlike(parameter, other));
         }
-        if let [Role::Free { unknown: gone, .. }, Role::Free { unknown: shared, .. }] = roles
+        if let [Role::Sought(gone), Role::Sought(shared)] = roles
             && gone != shared
         {
             for unknown in self.free().filter(|unknown| **unknown == gone) {
@@ -198,7 +186,7 @@ impl Sought {
     /// Unknown of each sought coordinate.
     fn free(&mut self) -> impl Iterator<Item = &mut u8> {
         self.roles.iter_mut().filter_map(|role| match role {
-            Role::Free { unknown, .. } => Some(unknown),
+            Role::Sought(unknown) => Some(unknown),
             _ => None,
         })
     }
@@ -211,7 +199,7 @@ impl Sought {
         for unknown in self.free().filter(|unknown| **unknown > gone) {
             *unknown -= 1;
         }
-        self.unknowns -= 1;
+        self.parameters -= 1;
     }
 
     /// Number of joints of the chain.
@@ -221,55 +209,58 @@ impl Sought {
 
     /// Number of unknowns.
     pub fn unknowns(&self) -> usize {
-        self.unknowns
+        self.parameters + self.imperfections.len()
     }
 
     /// Returns whether some parameter is fixed, or tied to another one.
     pub fn imposes(&self) -> bool {
-        let is_parameter = |unknown: &usize| {
-            let coordinate = self.coordinate(*unknown);
-            matches!(coordinate, Some(Coordinate::Stiffness { .. } | Coordinate::Damping { .. }))
-        };
-        (0..self.unknowns).filter(is_parameter).count() < 2 * DOF * self.joints
+        self.parameters < 2 * DOF * self.joints
     }
 
     /// Unknown of a coordinate; `None` if the coordinate is not sought, or if the chain does not have it.
     pub fn unknown(&self, coordinate: Coordinate) -> Option<usize> {
-        self.roles[coordinate.place()?].unknown()
+        match coordinate {
+            Coordinate::Imperfection(imperfection) => {
+                let place = self.imperfections.iter().position(|(own, _)| *own == imperfection);
+                Some(self.parameters + place?)
+            }
+            parameter => self.roles[self.parameter(parameter).ok()?].unknown(),
+        }
     }
 
     /// First coordinate of an unknown, which names it; `None` if the unknown does not exist.
     pub fn coordinate(&self, unknown: usize) -> Option<Coordinate> {
-        self.sought().find(|(_, own)| *own == unknown).map(|(index, _)| Coordinate::of(index))
+        if let Some((imperfection, _)) =
+            self.imperfections.get(unknown.wrapping_sub(self.parameters))
+        {
+            return Some(Coordinate::Imperfection(*imperfection));
+        }
+        self.parameters().find(|(_, own)| *own == unknown).map(|(index, _)| Coordinate::of(index))
     }
 
-    /// Prior standard deviation of a nuisance: s, rad, or of a logarithm. It is 0 for parameters, and for nuisances that are
-    /// not sought.
-    pub fn width(&self, coordinate: Coordinate) -> f64 {
-        coordinate.place().map_or(0.0, |place| self.roles[place].width())
+    /// The imperfections that are sought, each with the standard deviation of its prior, in its unit.
+    pub fn imperfections(&self) -> &[(Imperfection, f64)] {
+        &self.imperfections
     }
 
     /// Sought coordinates by index, each with its unknown.
     pub(crate) fn sought(&self) -> impl Iterator<Item = (usize, usize)> {
-        self.roles.iter().enumerate().filter_map(|(index, role)| Some((index, role.unknown()?)))
+        let imperfections = 0..self.imperfections.len();
+        let place = |own| (MAX_PARAMETERS + own, self.parameters + own);
+        self.parameters().chain(imperfections.map(place))
     }
 
     /// Sought parameters by index, each with its unknown.
     pub(crate) fn parameters(&self) -> impl Iterator<Item = (usize, usize)> {
-        self.sought().take_while(|(index, _)| *index < MAX_PARAMETERS)
+        self.roles.iter().enumerate().filter_map(|(index, role)| Some((index, role.unknown()?)))
     }
 
-    /// Sought nuisances by index, each with its unknown.
-    pub(crate) fn nuisances(&self) -> impl Iterator<Item = (usize, usize)> {
-        self.sought().filter(|(index, _)| *index >= MAX_PARAMETERS)
+    /// Unknown of the first imperfection that is sought.
+    pub(crate) fn first_imperfection(&self) -> usize {
+        self.parameters
     }
 
-    /// Returns whether the mass of any link is sought.
-    pub(crate) fn seeks_masses(&self) -> bool {
-        self.nuisances().any(|(index, _)| index >= MASS)
-    }
-
-    /// Returns whether no coordinate before this sought one has its unknown.
+    /// Returns whether no parameter before this sought one has its unknown.
     pub(crate) fn leads(&self, index: usize) -> bool {
         let unknown = self.roles[index].unknown();
         self.roles[..index].iter().all(|role| role.unknown() != unknown)
@@ -280,14 +271,14 @@ impl Sought {
 mod tests {
     use super::*;
 
-    /// The indices of an eighth joint's parameters would be those of nuisances.
+    /// The indices of an eighth joint's parameters would be those of imperfections.
     #[test]
     fn what_no_chain_has_cannot_be_sought() {
         for joints in [0, 8, usize::MAX] {
-            let refused = Sought::new(joints, &Nuisances::default()).err();
+            let refused = Sought::new(joints).err();
             assert_eq!(refused, Some(SoughtError::JointCount(joints)));
         }
-        let mut sought = Sought::new(2, &Nuisances::default()).unwrap();
+        let mut sought = Sought::new(2).unwrap();
         let all = sought.clone();
         let own = Coordinate::Stiffness { joint: 0, dof: 0 };
         let damping = Coordinate::Damping { joint: 0, dof: 0 };
@@ -295,25 +286,35 @@ mod tests {
             Coordinate::Stiffness { joint: 2, dof: 0 },
             Coordinate::Stiffness { joint: 0, dof: 6 },
             Coordinate::Damping { joint: usize::MAX, dof: 0 },
-            Coordinate::Delay,
-            Coordinate::Mass(9),
+            Coordinate::Imperfection(Imperfection::Delay),
         ] {
             assert_eq!(sought.fix(other, 1.0), Err(SoughtError::NoParameter(other)));
             assert_eq!(sought.tie(own, other), Err(SoughtError::NoParameter(other)));
-            assert_eq!((sought.unknown(other), sought.width(other)), (None, 0.0));
+            assert_eq!(sought.unknown(other), None);
         }
         assert_eq!(sought.tie(own, damping), Err(SoughtError::NotAlike(own, damping)));
         for value in [0.0, -1.0, f64::INFINITY] {
             assert_eq!(sought.fix(own, value), Err(SoughtError::Value(own, value)));
         }
         assert_eq!(sought, all);
+        for key in ["no_such_key", "hose_n_per_m", "centre_of_mass_m"] {
+            assert_eq!(Sought::new(7).unwrap().seek(key, 1.0), Err(SoughtError::NoImperfections));
+            let refused = sought.seek(key, 1.0).is_err();
+            assert_eq!(
+                refused,
+                key != "centre_of_mass_m",
+                "{key}: there is room for those of two links"
+            );
+        }
     }
 
     /// The unknowns are numbered without a gap.
     #[test]
     fn tied_coordinates_share_one_unknown() {
-        let widths = Nuisances { delay: Some(1e-3), mass: Some(0.1), ..Nuisances::default() };
-        let mut sought = Sought::new(2, &widths).unwrap();
+        let mut sought = Sought::new(2).unwrap();
+        sought.seek("delay_s", 1e-3).unwrap();
+        sought.seek("link_mass", 0.1).unwrap();
+        let (delay, mass) = (Imperfection::Delay, Imperfection::Mass);
         assert_eq!(sought.unknowns(), 24 + 1 + 2);
         let of = |joint| Coordinate::Stiffness { joint, dof: 2 };
         sought.fix(Coordinate::Damping { joint: 0, dof: 0 }, 1e3).unwrap();
@@ -322,10 +323,12 @@ mod tests {
         assert_eq!((sought.unknown(of(0)), sought.unknown(of(1))), (Some(2), Some(2)));
         assert!(sought.leads(of(0).index()) && !sought.leads(of(1).index()));
         assert_eq!(sought.coordinate(2), Some(of(0)));
-        assert_eq!(sought.unknown(Coordinate::Delay), Some(22));
-        assert_eq!(sought.unknown(Coordinate::Mass(1)), Some(24));
-        assert_eq!(sought.coordinate(24), Some(Coordinate::Mass(1)));
-        assert_eq!((sought.coordinate(25), sought.unknown(Coordinate::Mass(2))), (None, None));
+        assert_eq!(sought.unknown(Coordinate::Imperfection(delay)), Some(22));
+        assert_eq!(sought.unknown(Coordinate::Imperfection(mass(1))), Some(24));
+        assert_eq!(sought.coordinate(24), Some(Coordinate::Imperfection(mass(1))));
+        assert_eq!(sought.unknown(Coordinate::Imperfection(mass(2))), None);
+        assert_eq!(sought.coordinate(25), None);
+        assert_eq!(sought.imperfections(), [(delay, 1e-3), (mass(0), 0.1), (mass(1), 0.1)]);
         // The other one of a tied pair keeps the unknown when one is fixed.
         sought.fix(of(0), 1e7).unwrap();
         assert_eq!((sought.unknowns(), sought.unknown(of(0))), (25, None));

@@ -1,10 +1,9 @@
-//! Values of the coordinates, and what they are: parameters, nuisances, values and bounds of the unknowns.
+//! Values of the coordinates, and what they are: parameters, imperfections, values and bounds of the unknowns.
 
 use heapless::Vec;
 
-use super::coordinate::{ACCELERATION_GAIN, DELAY, FORCE_GAIN, MASS, MISALIGNMENT};
-use super::{Coordinate, MAX_NUISANCES, MAX_UNKNOWNS, Role, Sought};
-use crate::calibration::Calibration;
+use super::{Coordinate, MAX_SOUGHT, MAX_UNKNOWNS, Role, Sought};
+use crate::imperfection::{FoundImperfection, Imperfection};
 use crate::parameters::{Bounds, Bushings, MAX_PARAMETERS, from_logarithms, logarithms};
 use crate::verdict::Covariance;
 
@@ -30,24 +29,13 @@ pub(crate) struct Expected {
     pub(crate) slope: f64,
 }
 
-/// A nuisance and its value in a fit.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Nuisance {
-    /// The nuisance.
-    pub coordinate: Coordinate,
-    /// Value: s, rad, or a factor (gains and masses).
-    pub value: f64,
-    /// Standard deviation: s, rad, or relative.
-    pub deviation: f64,
-}
-
 impl Sought {
     /// Sets fixed parameters to their values, and tied parameters to the value of the first of them.
     pub fn impose(&self, bushings: &mut Bushings) {
         *bushings = self.bushings(&self.coordinates(bushings));
     }
 
-    /// Coordinates of a guess, with the nuisances at their prior.
+    /// Coordinates of a guess, without imperfections.
     pub(crate) fn coordinates(&self, guess: &Bushings) -> Coordinates {
         let mut coordinates = [0.0; MAX_UNKNOWNS];
         coordinates[..MAX_PARAMETERS].copy_from_slice(&logarithms(guess));
@@ -56,7 +44,7 @@ impl Sought {
             match *role {
                 Role::Absent => {}
                 Role::Fixed(value) => *coordinate = libm::log(value),
-                Role::Free { unknown, .. } => {
+                Role::Sought(unknown) => {
                     *coordinate = *shared[usize::from(unknown)].get_or_insert(*coordinate);
                 }
             }
@@ -77,40 +65,27 @@ impl Sought {
         bushings
     }
 
-    /// Nuisances at `coordinates`.
-    pub(crate) fn calibration(&self, coordinates: &Coordinates) -> Calibration {
-        let scaled = |index| self.scaled(coordinates, index);
-        Calibration {
-            delay: scaled(DELAY),
-            acceleration_gain: core::array::from_fn(|a| libm::exp(scaled(ACCELERATION_GAIN + a))),
-            force_gain: core::array::from_fn(|axis| libm::exp(scaled(FORCE_GAIN + axis))),
-            misalignment: core::array::from_fn(|axis| scaled(MISALIGNMENT + axis)),
-            mass: core::array::from_fn(|link| libm::exp(scaled(MASS + link))),
-        }
+    /// The imperfections that are sought, each with its value at `coordinates`.
+    pub(crate) fn imperfections_at(
+        &self,
+        coordinates: &Coordinates,
+    ) -> impl Iterator<Item = (Imperfection, f64)> {
+        let values = coordinates[MAX_PARAMETERS..].iter();
+        self.imperfections.iter().zip(values).map(|(&(own, prior), value)| (own, prior * value))
     }
 
-    /// Values and standard deviations of the sought nuisances at `coordinates`.
+    /// The imperfections that are sought, with their values at `coordinates` and standard deviations.
     pub(crate) fn found(
         &self,
         coordinates: &Coordinates,
         covariance: &Covariance,
-    ) -> Vec<Nuisance, MAX_NUISANCES> {
-        let nuisance = |(index, unknown)| {
-            let scaled = self.scaled(coordinates, index);
-            let coordinate = Coordinate::of(index);
-            let value = match coordinate {
-                Coordinate::Delay | Coordinate::Misalignment(_) => scaled,
-                _ => libm::exp(scaled),
-            };
-            let deviation = self.roles[index].width() * covariance.deviation(unknown);
-            Nuisance { coordinate, value, deviation }
+    ) -> Vec<FoundImperfection, MAX_SOUGHT> {
+        let values = self.imperfections_at(coordinates).zip(&self.imperfections).enumerate();
+        let found = |(place, ((imperfection, value), &(_, prior)))| {
+            let deviation = prior * covariance.deviation(self.parameters + place);
+            FoundImperfection { imperfection, prior, value, deviation }
         };
-        self.nuisances().map(nuisance).collect()
-    }
-
-    /// A nuisance at `coordinates`: s, rad, or a logarithm.
-    fn scaled(&self, coordinates: &Coordinates, index: usize) -> f64 {
-        coordinates[index] * self.roles[index].width()
+        values.map(found).collect()
     }
 
     /// Value of each unknown.
@@ -122,7 +97,7 @@ impl Sought {
         values
     }
 
-    /// Value, lower bound and upper bound of each unknown. Nuisances have no bounds.
+    /// Value, lower bound and upper bound of each unknown. Imperfections have no bounds.
     pub(crate) fn ranges(
         &self,
         coordinates: &Coordinates,
@@ -149,7 +124,7 @@ impl Sought {
         bounds: &Bounds,
     ) -> impl Iterator<Item = Expected> {
         let ranges = self.expects_stiffnesses.then(|| self.ranges(coordinates, bounds));
-        let unknowns = if ranges.is_some() { self.unknowns } else { 0 };
+        let unknowns = if ranges.is_some() { self.parameters } else { 0 };
         (0..unknowns).filter_map(move |unknown| {
             let Coordinate::Stiffness { .. } = self.coordinate(unknown)? else { return None };
             let [value, lower, upper] = ranges?[unknown];
@@ -167,7 +142,8 @@ impl Sought {
 
     /// Unknowns with a prior, each with its value in units of the prior's standard deviation.
     pub(crate) fn priors(&self, coordinates: &Coordinates) -> impl Iterator<Item = (usize, f64)> {
-        self.nuisances().map(|(index, unknown)| (unknown, coordinates[index]))
+        let values = coordinates[MAX_PARAMETERS..].iter().take(self.imperfections.len());
+        values.enumerate().map(|(place, value)| (self.parameters + place, *value))
     }
 }
 
@@ -177,11 +153,10 @@ mod tests {
 
     use super::*;
     use crate::DOF;
-    use crate::calibration::Nuisances;
     use crate::parameters::Bushing;
 
     proptest! {
-        /// The derivative of the prior's residual is that of finite differences; fixed stiffnesses, dampings and nuisances have none, and
+        /// The derivative of the prior's residual is that of finite differences; fixed stiffnesses, dampings and imperfections have none, and
         /// tied stiffnesses share one.
         #[test]
         fn the_slope_of_a_prior_equals_finite_differences(
@@ -190,8 +165,8 @@ mod tests {
         ) {
             let range = [1e3, 1e3 * 10.0_f64.powf(decades)];
             let bounds = Bounds::new(range, range, range, range).unwrap();
-            let delay = Nuisances { delay: Some(1e-3), ..Nuisances::default() };
-            let mut sought = Sought::new(2, &delay).unwrap();
+            let mut sought = Sought::new(2).unwrap();
+            sought.seek("delay_s", 1e-3).unwrap();
             let stiffness = |joint, dof| Coordinate::Stiffness { joint, dof };
             sought.fix(stiffness(0, 1), 1e5).unwrap();
             sought.tie(stiffness(1, 2), stiffness(0, 2)).unwrap();
@@ -217,7 +192,7 @@ mod tests {
 
     #[test]
     fn what_is_fixed_comes_back_as_it_was_given() {
-        let mut sought = Sought::new(2, &Nuisances::default()).unwrap();
+        let mut sought = Sought::new(2).unwrap();
         let (stiffness, damping) =
             (Coordinate::Stiffness { joint: 1, dof: 3 }, Coordinate::Damping { joint: 0, dof: 5 });
         // exp(ln(x)) differs from x for both values.

@@ -25,9 +25,35 @@ fn is_absent(signal: &[f32], noise: f32) -> bool {
     noise == f32::INFINITY && signal.iter().all(|value| *value == 0.0)
 }
 
-/// A record in the frequency domain, with its pose and its noise.
+/// What the spectra of an experiment are of.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Kind {
+    /// A record at `s = iω`: its end has a seam.
+    Record,
+    /// A measured receptance at `s = decay + iω`: it has no end, and so no seam.
+    Receptance {
+        /// Decay of the exponential window, 1/s; 0 without one.
+        decay: f64,
+        /// Angular frequency of bin 0, rad/s: the bins need not be multiples of their spacing.
+        first: f64,
+    },
+}
+
+impl Kind {
+    /// Angular frequency of bin 0, rad/s.
+    pub(crate) fn first(self) -> f64 {
+        match self {
+            Self::Record => 0.0,
+            Self::Receptance { first, .. } => first,
+        }
+    }
+}
+
+/// A record or a measured receptance in the frequency domain, with its pose and its noise.
 #[derive(Clone, Debug)]
 pub struct Experiment<const B: usize> {
+    /// What the spectra are of.
+    pub kind: Kind,
     /// Mean joint angles, rad (m).
     pub pose: Pose,
     /// Stage of each [part](Experiment::parts). There is at least one.
@@ -176,6 +202,7 @@ impl<const B: usize> Experiment<B> {
             drift::of(&acceleration, &by_time, &band, divided, record.since_s * spacing / TAU);
         let thinned = ThinnedSpectra::new(record, whole, buffer)?;
         Ok(Self {
+            kind: Kind::Record,
             pose: record.pose.clone(),
             path,
             divided,
@@ -196,13 +223,18 @@ impl<const B: usize> Experiment<B> {
 
     /// The parts of the record, as they follow each other: one where the robot stands.
     pub fn parts<'a>(&'a self) -> impl Iterator<Item = Part<'a>> {
-        let (bins, point) = (self.bins_of_part(), self.point.into());
+        let (bins, site) = (self.bins_of_part(), self.site());
         let part = move |(part, stage): (usize, &'a Stage)| Part {
-            site: Site { pose: &stage.pose, point },
+            site: Site { pose: &stage.pose, ..site },
             moves: stage.moves,
             bins: part * bins..(part + 1) * bins,
         };
         self.path.iter().enumerate().map(part)
+    }
+
+    /// Returns whether the spectra are those of a record.
+    pub fn is_record(&self) -> bool {
+        self.kind == Kind::Record
     }
 
     /// Returns whether the record has one part, with all of its samples.
@@ -222,7 +254,7 @@ impl<const B: usize> Experiment<B> {
 
     /// Where the force acts in the mean pose.
     pub fn site(&self) -> Site<'_> {
-        Site { pose: &self.pose, point: self.point.into() }
+        Site { pose: &self.pose, point: self.point.into(), is_of_test: !self.is_record() }
     }
 
     /// Returns whether the acceleration along an axis is measured.
@@ -257,6 +289,6 @@ impl<const B: usize> Experiment<B> {
 
     /// Angular frequency of a bin, rad/s.
     pub fn omega(&self, bin: usize) -> f64 {
-        (self.first_bin + bin % self.bins_of_part()) as f64 * self.spacing
+        self.kind.first() + (self.first_bin + bin % self.bins_of_part()) as f64 * self.spacing
     }
 }

@@ -2,9 +2,9 @@
 
 use core::ops::Range;
 
-use nalgebra::Vector3;
+use nalgebra::{Rotation3, Vector3};
 
-use crate::calibration::Calibration;
+use super::site::Site;
 use crate::mounting::Mounting;
 use crate::sensors::{Accelerometer, Sensors};
 
@@ -40,13 +40,13 @@ impl Measurement {
         first..(last + 1).max(first)
     }
 
-    /// The sensors with the errors in `calibration`, and a force at this point.
-    pub(crate) fn sensors(&self, calibration: &Calibration, point: Vector3<f64>) -> Sensors {
-        Sensors {
-            accelerometer: self.accelerometer,
-            mounting: self.mounting,
-            calibration: *calibration,
-            point,
+    /// The sensors without errors, and the force of this site.
+    pub(crate) fn sensors(&self, site: &Site<'_>) -> Sensors {
+        let mut mounting = self.mounting;
+        if site.is_of_test {
+            (mounting.force_axes, mounting.tool_mass) = (Rotation3::identity(), 0.0);
         }
+        let point = site.point;
+        Sensors { accelerometer: self.accelerometer, mounting, point, ..Sensors::default() }
     }
 }

@@ -15,15 +15,17 @@ mod experiment;
 pub mod fft;
 mod measurement;
 mod part;
+mod receptance;
 mod signals;
 mod site;
 pub mod thinned;
 mod tone;
 
 pub use cut_noise::{CutNoise, MAX_BANDS};
-pub use experiment::{Experiment, LEAST_FORCE};
+pub use experiment::{Experiment, Kind, LEAST_FORCE};
 pub use measurement::Measurement;
 pub use part::Part;
+pub use receptance::{MeasuredBin, MeasuredReceptance};
 pub use signals::{Spectrum, SpectrumError};
 pub use site::Site;
 pub use tone::{MAX_TONES, Tone};

@@ -36,6 +36,8 @@ pub struct ThinnedSpectra<const B: usize> {
     pub acceleration: Spectrum<B>,
     /// Number of bins without the filling.
     pub bins: usize,
+    /// Part of the noise power of a bin that is left on the line.
+    pub(crate) noise_left: f64,
 }
 
 impl<const B: usize> ThinnedSpectra<B> {
@@ -87,18 +89,47 @@ impl<const B: usize> ThinnedSpectra<B> {
         }
         let pose = pose(record, onset);
         let (alpha, first_bin) = (alpha as f32, band.start);
-        Ok(Self { pose, first_bin, alpha, omega, force, acceleration, bins: thinned })
+        // Under the weight `e^(−αt)`, `(1 − e^(−2αT)) / (2αT)`; a rest that is left out makes it smaller by no more than a part of `e^(−αT)`.
+        // Under Hann's window 3/8.
+        let noise_left = if record.starts_at_rest { 0.5 / DECAY } else { 3.0 / 8.0 };
+        let bins = thinned;
+        Ok(Self { pose, first_bin, alpha, omega, force, acceleration, bins, noise_left })
     }
 
-    /// Part of a record's noise power that is left on the line: `(1 − e^(−2αT)) / (2αT)` under the weight `e^(−αt)`, 3/8 under
-    /// Hann's window. `spacing` is 2π/T, rad/s. A rest that is left out makes it smaller by no more than a part of `e^(−αT)`.
-    pub(crate) fn noise_left(&self, spacing: f64) -> f64 {
-        if self.alpha > 0.0 {
-            let decay = 2.0 * f64::from(self.alpha) * TAU / spacing;
-            (1.0 - libm::exp(-decay)) / decay
-        } else {
-            3.0 / 8.0
+    /// The bins of a measured receptance that are kept, as they are. `omega` is the angular frequency of a bin, rad/s.
+    pub(super) fn of_receptance(
+        pose: &[f64],
+        first_bin: usize,
+        omega: impl Fn(usize) -> f64,
+        decay: f64,
+        force: &Spectrum<B>,
+        acceleration: &Spectrum<B>,
+    ) -> Result<Self, SpectrumError> {
+        let all = force.re[0].len();
+        let bins = all.div_ceil(THINNING);
+        if bins.next_multiple_of(GROUP) > B {
+            return Err(SpectrumError::Bins(all));
         }
+        let some = |signals: &[Vec<f32, B>; 3]| {
+            signals.each_ref().map(|signal| signal.iter().step_by(THINNING).copied().collect())
+        };
+        let thinned = |spectrum: &Spectrum<B>| {
+            let mut thinned = Spectrum { re: some(&spectrum.re), im: some(&spectrum.im) };
+            fill(&mut thinned);
+            thinned
+        };
+        let last = bins - 1;
+        let kept = |bin: usize| omega(first_bin + bin.min(last) * THINNING) as f32;
+        Ok(Self {
+            pose: pose.iter().copied().collect(),
+            first_bin,
+            alpha: decay as f32,
+            omega: (0..bins.next_multiple_of(GROUP)).map(kept).collect(),
+            force: thinned(force),
+            acceleration: thinned(acceleration),
+            bins,
+            noise_left: 1.0,
+        })
     }
 }
 

@@ -29,7 +29,7 @@ impl<const N: usize> Stretch<N> {
         config: &StreamConfig,
     ) -> bool {
         let is_known = self.pose.unknown(config.joints).is_none() && !self.overflows();
-        let has_record = self.cutting && standing >= Self::least(config).max(self.cut_from);
+        let has_record = self.cutting && standing >= self.cut_from + Self::least(config);
         let may_feed = self.feeds || is_known && !has_record;
         self.feeds = may_feed && !self.leaps(standing, joint);
         self.feeds

@@ -2,6 +2,9 @@
 //!
 //! A reading that leaves the pose is doubted until a reading that is at the pose again would have come. If one does, it was wrong: no
 //! joint moves away and back in that time. If none does, the joint has moved.
+//!
+//! A start or a stop shakes the robot by forces that no sensor measures. A joint that has moved therefore stood still only up to the first, and
+//! again from the last, of the readings that lead one way.
 
 use heapless::Vec;
 
@@ -15,6 +18,9 @@ use crate::MAX_JOINTS;
 /// Largest movement of a joint within one pose, rad or m, where its signal has smaller steps. A pose wrong by 1e-3 rad biases
 /// stiffnesses by 1 %.
 pub const STATIC: f64 = 5e-4;
+
+/// Largest movement of a joint one way that is none, rad or m. Chosen: a hundredth of [`STATIC`]; a feed of 1 mm/s at 1 m takes 5 ms for it.
+const CREEP: f64 = 0.01 * STATIC;
 
 /// Change of a rate within a part of a record, in the largest rate of a joint in the record, from which on the robot does not move evenly. Chosen: a
 /// straight line changes rates within a part by half its movement, 0.005; a start, a stop and a corner by the rate itself.
@@ -52,7 +58,7 @@ impl Place {
 pub(super) struct Doubt {
     /// Place of those that agree.
     pub(super) place: Place,
-    /// Samples of the stretch when the first of those came that agree.
+    /// Samples of the stretch when the first of those came that agree and no longer lead one way.
     samples: usize,
     /// Samples of the stretch when the newest reading came.
     confirmed: usize,
@@ -66,6 +72,34 @@ pub(super) struct Doubt {
     pub(super) since: usize,
 }
 
+/// Readings in a row that lead one way: a joint that starts, or comes to rest.
+#[derive(Clone, Copy, Debug, Default)]
+struct Run {
+    /// Distance over all of them, rad (m).
+    by: f64,
+    /// Samples of the stretch during which the joint is known to have stood still before.
+    from: usize,
+    /// True if the newest reading leads the same way as the one before.
+    goes_on: bool,
+}
+
+impl Run {
+    /// Takes a reading that differs by `change`, rad (m), from the one before, when the joint was known to have stood still for `standing` samples.
+    fn note(&mut self, change: f64, standing: usize) {
+        let goes_on = change * self.by > 0.0;
+        *self = match goes_on {
+            true => Self { by: self.by + change, ..*self },
+            false => Self { by: change, from: standing, goes_on },
+        };
+        self.goes_on = goes_on && self.moves();
+    }
+
+    /// Returns whether the joint moves.
+    fn moves(&self) -> bool {
+        self.by.abs() > CREEP
+    }
+}
+
 /// Joint angles over a stretch.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Pose {
@@ -76,9 +110,12 @@ pub(super) struct Pose {
 struct Angle {
     sender: Sender,
     track: Track,
+    run: Run,
     place: Place,
-    /// Samples of the stretch when the joint was first read at the place.
+    /// Samples of the stretch when the joint was first read at rest at the place.
     since: usize,
+    /// True until the joint has come to rest at the place.
+    arrives: bool,
     /// Sum of the readings' distances from the first.
     sum: f64,
     readings: u32,
@@ -91,9 +128,20 @@ struct Angle {
 impl Angle {
     /// Takes the first readings at a place, the first and the newest when the stretch had so many samples.
     fn begin(&mut self, place: Place, [since, confirmed]: [usize; 2]) {
-        let (sender, track) = (self.sender, core::mem::take(&mut self.track));
-        let confirmed = Some(confirmed);
-        *self = Self { sender, track, place, since, readings: 1, confirmed, ..Self::default() };
+        let (sender, run) = (self.sender, self.run);
+        let track = core::mem::take(&mut self.track);
+        let (readings, confirmed, arrives) = (1, Some(confirmed), run.goes_on);
+        *self = Self {
+            sender,
+            track,
+            run,
+            place,
+            since,
+            arrives,
+            readings,
+            confirmed,
+            ..Self::default()
+        };
     }
 
     /// Samples, of so many, up to which the track is known; `notice` is [`NOTICE_S`](super::sender::NOTICE_S) in samples.
@@ -109,6 +157,7 @@ impl Angle {
     fn standing(&self, samples: usize, notice: usize) -> usize {
         let samples = self.doubt.map_or(samples, |doubt| doubt.since.min(samples));
         let confirmed = self.confirmed.unwrap_or(0);
+        let confirmed = if self.run.moves() { confirmed.min(self.run.from) } else { confirmed };
         match self.sender.is_cyclic() || self.readings == 0 {
             true => confirmed,
             false => confirmed.max(samples.saturating_sub(notice)),
@@ -130,9 +179,10 @@ impl Pose {
         let known = &mut self.angles[joint];
         // Whole turns of a joint that turns are none.
         let before = known.track.newest().unwrap_or(angle);
-        known.track.read(arrived, before + signal.difference(angle, before), spacing);
+        let change = signal.difference(angle, before);
+        known.track.read(arrived, before + change, spacing);
         // A sender whose silence proves nothing may turn out to be one on change only now.
-        let standing = known.standing(samples, 0);
+        known.run.note(change, known.standing(samples, 0));
         let before_s = known.sender.newest.map_or(time_s, |(_, before_s)| before_s);
         known.sender.note(angle, time_s, signal);
         if known.readings == 0 {
@@ -144,24 +194,29 @@ impl Pose {
             known.sum += signal.difference(angle, place.first);
             (known.place, known.readings) = (place, known.readings + 1);
             known.confirmed = Some(samples);
+            known.arrives &= known.run.goes_on;
+            if known.arrives {
+                known.since = arrived;
+            }
             known.rest.note(time_s - before_s);
             known.sender.note_rest(&known.rest);
             return known.doubt.take();
         }
         let new = Doubt {
             place: Place::new(angle),
-            samples,
+            samples: arrived,
             confirmed: samples,
             readings: 1,
             by: signal.difference(angle, known.place.first).abs(),
             since_s: time_s,
-            since: standing,
+            since: known.run.from,
         };
         known.doubt = Some(known.doubt.map_or(new, |doubt| {
             let readings = doubt.readings.saturating_add(1);
             let (place, samples) = match doubt.place.with(angle, step, signal) {
+                Some(place) if known.run.goes_on => (place, new.samples),
                 Some(place) => (place, doubt.samples),
-                None => (new.place, samples),
+                None => (new.place, new.samples),
             };
             Doubt { place, samples, confirmed: new.samples, readings, ..doubt }
         }));
@@ -323,6 +378,7 @@ impl Pose {
         for angle in &mut self.angles {
             angle.confirmed = angle.confirmed.map(|confirmed| confirmed.saturating_sub(samples));
             angle.since = angle.since.saturating_sub(samples);
+            angle.run.from = angle.run.from.saturating_sub(samples);
             angle.track.discard(samples);
             if let Some(doubt) = &mut angle.doubt {
                 doubt.samples = doubt.samples.saturating_sub(samples);

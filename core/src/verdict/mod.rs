@@ -2,7 +2,7 @@
 //! on the whole fit, its acceptance, is made in `identify::decision`.
 //!
 //! The information matrix `N` is the inverse covariance of the unknowns, which are all dimensionless: logarithms of
-//! parameters, nuisances in units of their prior. [`Covariance`] is its inverse where it has one, [`Direction`]s are
+//! parameters, imperfections in units of their prior. [`Covariance`] is its inverse where it has one, [`Direction`]s are
 //! its eigenvectors that the data determine badly, and [`Trust`] makes a verdict of a standard deviation.
 
 mod covariance;

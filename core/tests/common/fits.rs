@@ -1,7 +1,6 @@
 //! Fits from their start to their end, and how far their errors lie from what they say of themselves.
 
 use fearless_simd::Level;
-use flexid_core::calibration::Nuisances;
 use flexid_core::chain::Chain;
 use flexid_core::identify::{Estimate, Identifier, Phase};
 use flexid_core::loss::target::Target;
@@ -34,7 +33,7 @@ pub(crate) fn identifier_of(
 
 /// Every parameter of a chain of so many joints, and nothing beside.
 pub(crate) fn parameters(joints: usize) -> Sought {
-    Sought::new(joints, &Nuisances::default()).unwrap()
+    Sought::new(joints).unwrap()
 }
 
 /// The search's targets of some chain's experiments.

@@ -149,7 +149,7 @@ pub fn read(file: &Path) -> Result<String, BadInput> {
     text(file, read_all(file, open)?)
 }
 
-fn text(file: &Path, bytes: Vec<u8>) -> Result<String, BadInput> {
+pub(crate) fn text(file: &Path, bytes: Vec<u8>) -> Result<String, BadInput> {
     if let Some(own) = in_bytes(&bytes) {
         return Err(BadInput::new(file, format!("is {own}")));
     }

@@ -8,6 +8,7 @@
 //! | [`signals`]: what frames hold            | [`solver`]: records to an estimate, and what is kept of them      |
 //! | [`statics`]: static tests                | [`report`]: an estimate to a finding                              |
 //! | [`poses`]: joint angles of tables        | [`clocks`]: instants of sensors without a common counter          |
+//! | [`receptance`]: modal tests              |                                                                   |
 //! | [`path`]: the tool's path, with forces   | [`check`]: frames to what is right and wrong in them, without a fit |
 //! | [`knowledge`]: what experiments say of a robot with imperfections | |
 #![forbid(unsafe_code)]
@@ -30,6 +31,7 @@ mod offline;
 mod outcome;
 pub mod path;
 pub mod poses;
+pub mod receptance;
 mod record;
 pub mod report;
 pub mod robot;

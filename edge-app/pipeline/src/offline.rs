@@ -17,7 +17,7 @@ use crate::source::FrameSource;
 use crate::stack::on_a_large_stack;
 use crate::stop::Stop;
 
-/// Identifies the robot from all frames of `source`. Calls `on_survey` once they have been read, and `on_progress` after every step of the solver. The
+/// Identifies the robot from the measured receptances of the config, and from all frames of `source`. Calls `on_survey` once they have been read, and `on_progress` after every step of the solver. The
 /// work begins behind the survey, unless there are more records than there is room for: then it begins while the others are read.
 ///
 /// A recording that cannot be read to its end is no error: the part that was read is used, and the outcome contains the reason.

@@ -63,7 +63,7 @@ pub struct Direction {
 
 impl Direction {
     /// Parses `x`, `+y` or `-Z`.
-    fn parse(text: &str) -> Option<Self> {
+    pub(crate) fn parse(text: &str) -> Option<Self> {
         let (sign, name) = match text.strip_prefix('-') {
             Some(name) => (-1.0, name),
             None => (1.0, text.strip_prefix('+').unwrap_or(text)),

@@ -1,9 +1,9 @@
 //! The robot as it was found, with the covariance of all that predicts its motion.
 
 use flexid_core::identify::{Estimate, PlantEstimate};
-use flexid_core::imperfection::{Imperfection, REFERENCE_HZ};
+use flexid_core::imperfection::{FoundImperfection, Imperfection, REFERENCE_HZ};
 use flexid_core::parameters::Bounds;
-use flexid_core::refine::{FoundImperfection, Mechanics, Plant, PlantInformation};
+use flexid_core::refine::{Mechanics, Plant, PlantInformation};
 use flexid_core::sought::{Coordinate, Sought};
 use nalgebra::DMatrix;
 use serde::{Deserialize, Serialize};
@@ -110,12 +110,12 @@ impl FoundRobot {
                 }
             }
         }
-        for nuisance in &estimate.nuisances {
-            let Coordinate::Mass(link) = nuisance.coordinate else { continue };
-            let Some(unknown) = sought.unknown(nuisance.coordinate) else { continue };
-            let value = nuisance.value.ln();
-            imperfections.push(FoundValue { imperfection: Imperfection::Mass(link), value });
-            places.push(Some((all.len() + unknown, sought.width(nuisance.coordinate))));
+        for &FoundImperfection { imperfection, value, prior, .. } in &estimate.imperfections {
+            let unknown = sought.unknown(Coordinate::Imperfection(imperfection));
+            if let Some(unknown) = unknown.filter(|_| imperfection.is_of_robot()) {
+                imperfections.push(FoundValue { imperfection, value });
+                places.push(Some((all.len() + unknown, prior)));
+            }
         }
         let size = places.len();
         let entry = |row: usize, column: usize| match (places[row], places[column]) {

@@ -6,6 +6,8 @@ use std::f64::consts::PI;
 const G: f64 = 9.80665;
 /// Weight of a pound, N.
 const LBF: f64 = 0.453_592_37 * G;
+/// An inch, m.
+const INCH: f64 = 0.0254;
 
 /// Quantity that is measured: its name for users, and the known units with their size in SI units.
 #[derive(Debug)]
@@ -52,6 +54,14 @@ pub(crate) const ANGLE: Quantity = Quantity {
     units: &[("rad", 1.0), ("mrad", 1e-3), ("deg", PI / 180.0), ("°", PI / 180.0)],
 };
 pub(crate) const STROKE: Quantity = Quantity { name: "stroke", units: &[("m", 1.0), ("mm", 1e-3)] };
+pub(crate) const DISPLACEMENT: Quantity = Quantity {
+    name: "displacement",
+    units: &[("m", 1.0), ("mm", 1e-3), ("um", 1e-6), ("µm", 1e-6), ("in", INCH)],
+};
+pub(crate) const VELOCITY: Quantity = Quantity {
+    name: "velocity",
+    units: &[("m/s", 1.0), ("mm/s", 1e-3), ("um/s", 1e-6), ("µm/s", 1e-6), ("in/s", INCH)],
+};
 pub(crate) const TIME: Quantity =
     Quantity { name: "time", units: &[("s", 1.0), ("ms", 1e-3), ("us", 1e-6), ("µs", 1e-6)] };
 

@@ -8,12 +8,14 @@ use flexid_wire::words::InUnit;
 use crate::evidence::RecordEvidence;
 
 /// The largest force of the records and the largest load of each drive by it, for example `7.21 N (root mean square), which loads joint_1 with up
-/// to 15.9 Nm and joint_2 with up to 12.0 Nm`. `None` without records.
+/// to 15.9 Nm and joint_2 with up to 12.0 Nm`. `None` without cuts.
 pub fn loads(records: &[RecordEvidence], robot: &Robot) -> Option<String> {
-    let force = records.iter().map(|own| own.rms_force_n).reduce(f64::max)?;
+    // The force of a modal test is not known.
+    let cuts = || records.iter().filter(|own| !own.is_of_test);
+    let force = cuts().map(|own| own.rms_force_n).reduce(f64::max)?;
     let driven = robot.model().driven().count();
     let mut loads = vec![0.0_f64; driven];
-    for record in records.iter().filter(|own| own.pose.len() == driven) {
+    for record in cuts().filter(|own| own.pose.len() == driven) {
         let jacobian = jacobian(robot.chain(), &record.pose);
         for (own, column) in loads.iter_mut().zip(jacobian.column_iter()) {
             *own = own.max(record.rms_force_n * column.fixed_rows::<3>(0).norm());

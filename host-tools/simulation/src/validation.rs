@@ -1,8 +1,8 @@
 //! How well a fitted model predicts displacements, and how far its parameters are from the truth.
 
 use flexid_core::chain::Chain;
+use flexid_core::imperfection::Imperfection;
 use flexid_core::parameters::{Bounds, Bushing};
-use flexid_core::sought::Coordinate;
 use flexid_pipeline::config::Config;
 use flexid_pipeline::input::BadInput;
 use flexid_pipeline::model::Model;
@@ -75,7 +75,8 @@ pub fn compare(
     if !truth.left_out.is_empty() {
         lines += &format!("not compared: {}\n", truth.left_out.join("; "));
     }
-    let masses = config.sought.unknown(Coordinate::Mass(0)).is_some();
+    let masses =
+        config.sought.imperfections().iter().any(|(own, _)| matches!(own, Imperfection::Mass(_)));
     let whole = truth.whole();
     if let Some((scenario, truth)) = scenario.filter(|_| !masses).zip(whole.as_deref()) {
         let chain = config.model.chain().map_err(|error| BadInput::new(&config.file, error))?;

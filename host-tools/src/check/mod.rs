@@ -14,6 +14,7 @@
 //! | `blows`       | blows of a hammer that are cut off, or come twice             |
 //! | `statics`     | the signs of static tests                                     |
 //! | `paths`       | paths along which the robot feeds, and how much of them counts |
+//! | `receptances` | what modal tests hold, and what they lack                     |
 //! | `records`     | number, poses and repetitions of the records                  |
 //! | `shown`       | what the records show of the parameters                       |
 //! | `source`      | logs that are no whole logs of `candump -L`                   |
@@ -32,6 +33,7 @@ mod identifiers;
 mod joints;
 pub(crate) mod json;
 mod paths;
+mod receptances;
 mod records;
 mod rest;
 mod sensors;
@@ -137,6 +139,7 @@ impl<'a> Check<'a> {
         }
         findings.extend(setup::judge(config));
         findings.extend(statics::judge(config));
+        findings.extend(receptances::judge(config));
         findings.sort_by_key(|finding| finding.severity);
         findings.splice(0..0, setup::of_perfect_accuracies(config));
         Self { config, survey, findings }
@@ -172,6 +175,10 @@ impl<'a> Check<'a> {
                     some => format!("ready to record: {joints} and {}", count(some, "identifier")),
                 }
             }
+            None if !self.config.receptances.is_empty() => {
+                let own = receptances::counted(self.config);
+                format!("ready to identify: {own}")
+            }
             None => {
                 let tests = self.config.statics.tests.len() as u64;
                 format!("ready to identify: {}", count(tests, "static test"))
@@ -200,6 +207,7 @@ impl<'a> Check<'a> {
                     Severity::Wrong => {
                         is_of_setup
                             || finding.about == statics::ABOUT
+                            || finding.about == receptances::ABOUT
                             || is_of_readings
                             || is_of_time
                     }

@@ -17,6 +17,10 @@ const ABOUT: &str = "variety";
 /// Judges the information of a survey. Doubtful where at most half of the parameters show. Chosen: their median is then not identified.
 pub(super) fn judge(config: &Config, survey: &Survey) -> Option<Finding> {
     survey.usable().next()?;
+    // A survey does not count modal tests.
+    if !config.receptances.is_empty() {
+        return None;
+    }
     let information = survey.shown.as_ref()?;
     let count = parameters(&config.sought);
     let uncertainty = Criterion::D.uncertainty(information, count);

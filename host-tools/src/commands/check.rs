@@ -41,11 +41,12 @@ pub(super) struct Args {
 }
 
 pub(super) fn run(args: &Args) -> Result<()> {
-    let config = match args.logs.as_slice() {
+    let mut config = match args.logs.as_slice() {
         [] => Config::load_statics(&args.config)?,
         _ => Config::load_recorded(&args.config)?,
     };
-    let (config, mut survey) = match args.logs.as_slice() {
+    let logs = recording::split(&args.logs, &mut config);
+    let (config, mut survey) = match logs.as_slice() {
         [] => (config, None),
         logs => {
             let meter = Meter::of_reading();

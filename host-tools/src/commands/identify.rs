@@ -1,4 +1,4 @@
-//! `flexid identify`: the daemon's pipeline over recordings, or static tests alone.
+//! `flexid identify`: the daemon's pipeline over recordings, or modal or static tests alone.
 
 use std::path::{Path, PathBuf};
 
@@ -52,7 +52,7 @@ pub(super) struct Args {
     #[arg(long, value_name = "EDGE.toml")]
     config: PathBuf,
     /// Recordings: logs of candump -L, tables (CSV, LVM), MF4, TDMS, MAT or MCAP, also packed (.gz, .zst), in their order; - is standard input.
-    /// None where [static] tests are enough
+    /// None where tests of [receptance] or [static] are enough
     #[arg(value_name = "LOG")]
     logs: Vec<PathBuf>,
     /// Adopt what explains the records: take each accuracy that they contradict as worse, and fit again
@@ -75,6 +75,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
         [] => Config::load_statics(&args.config)?,
         _ => Config::load_recorded(&args.config)?,
     };
+    let logs = recording::split(&args.logs, &mut config);
     if args.explain {
         can_explain(args, &config)?;
         config.adopts_explanations = true;
@@ -85,19 +86,18 @@ pub(super) fn run(args: &Args) -> Result<()> {
         (Some(_), Some(file)) => Some(Scenario::load(file, &config.model)?),
         _ => None,
     };
-    let logs = args.logs.iter().map(PathBuf::as_path);
-    let read = config.files().chain(logs).chain(args.truth.as_deref());
+    let named = args.logs.iter().map(PathBuf::as_path);
+    let read = config.files().chain(named).chain(args.truth.as_deref());
     output::keeps(read, args.json.as_deref().into_iter().chain(args.report.as_deref()))?;
     output::is_not_stdout(args.json.as_deref().into_iter().chain(args.report.as_deref()))?;
     let json = args.json.as_deref().map(Output::create).transpose()?;
     let page = args.report.as_deref().map(Output::create).transpose()?;
-    let Identified { config, finding, robot, statics, evidence, clocks, broken } = match args
-        .logs
+    let Identified { config, finding, robot, statics, evidence, clocks, broken } = match logs
         .as_slice()
     {
-        [] => {
+        [] if config.receptances.is_empty() => {
             warn_at_once(&config, None);
-            let nothing = "nothing to identify from: name a LOG of candump -L or a table, or give static tests in [static]";
+            let nothing = "nothing to identify from: name a LOG of candump -L or a table, or give static tests in [static], or modal tests in [receptance]";
             let identified = run_statics(&config)?;
             let (finding, statics, robot) =
                 identified.ok_or_else(|| BadInput::new(&args.config, nothing))?;
@@ -203,7 +203,7 @@ fn page_of(args: &Args, result: &str) -> Result<String> {
 /// Checks that there are records, and accuracies that they may contradict.
 fn can_explain(args: &Args, config: &Config) -> Result<(), BadInput> {
     let bad = |message: &str| Err(BadInput::new(&args.config, message));
-    if args.logs.is_empty() {
+    if args.logs.is_empty() && config.receptances.is_empty() {
         bad("--explain explains records: name a LOG of candump -L or a table")
     } else if config.accuracies.are_perfect() {
         bad(
@@ -272,7 +272,7 @@ fn from_logs(config: &Config, logs: &[PathBuf]) -> Result<Identified> {
     let mut work = Work::default();
     let mut other_robot = None;
     let on_survey = |survey: &Survey| {
-        meter.pause(|| warn_at_once(&config, Some(survey)));
+        meter.pause(|| warn_at_once(&config, Some(survey).filter(|_| !logs.is_empty())));
         other_robot = of_other_angles(&config, &survey.expected, &survey.unexpected);
     };
     let outcome =
@@ -294,7 +294,10 @@ fn from_logs(config: &Config, logs: &[PathBuf]) -> Result<Identified> {
         });
         return Ok(Identified { config, finding, robot, statics, evidence, clocks, broken });
     }
-    let Some(first) = logs.first() else { return Err(anyhow!("no log, and nothing found")) };
+    let Some(first) = logs.first() else {
+        let what = format!("no receptance to identify from ({state}): see `flexid check`");
+        return Err(BadInput::new(&config.file, what).into());
+    };
     // Without time nothing else that is said of rates and records is right.
     let timeless = troubles.iter().find_map(|own| match own {
         Trouble::Stamps { fault, frames, .. } if fault.is_of_all() => {

@@ -81,7 +81,7 @@ impl Candidates<'_> {
                     }
                 };
                 let problem = self.problem(&measurement);
-                let information = refinement.information_planned(&problem, &spectra);
+                let information = refinement.information(&problem, &spectra, Basis::Planned);
                 done();
                 let experiment = Experiment { pose: pose.to_vec(), ..cut.clone() };
                 Some(Ok(Candidate { experiment, information: information.ok()? }))

@@ -94,7 +94,7 @@ pub fn plan(
         Prediction::new(&config.model, sought, information, uncertainty)
     };
     let mut others = start.information.clone();
-    others.add(&Information::of_nuisances(sought));
+    others.add(&Information::of_priors(sought));
     let of = |known: &Knowledge| {
         let mut information = known.of_unknowns();
         information.add(&others);
@@ -153,7 +153,6 @@ mod tests {
     use std::cell::Cell;
     use std::path::Path;
 
-    use flexid_core::calibration::Nuisances;
     use flexid_core::sought::Sought;
     use flexid_pipeline::config::Config;
     use flexid_simulation::scenario::Scenario;
@@ -166,11 +165,12 @@ mod tests {
     const SINGULAR: [f64; 3] = [0.0, -2.0, 0.243];
 
     /// Runs `test` with the reference scenario and a start without information.
-    fn at_work(nuisances: &Nuisances, test: impl FnOnce(&Candidates<'_>, &Start) + Send) {
+    fn at_work(keys: &[(&str, f64)], test: impl FnOnce(&Candidates<'_>, &Start) + Send) {
         let file = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/scenario/mill3-edge.toml"));
         let config = Config::load(file).unwrap();
         let scenario = Scenario::of(&config).unwrap();
-        let sought = Sought::new(3, nuisances).unwrap();
+        let mut sought = Sought::new(3).unwrap();
+        keys.iter().for_each(|(key, prior)| sought.seek(key, *prior).unwrap());
         let start = Start::unknown(&config, &sought);
         let chain = config.model.chain().unwrap();
         let workplace = Candidates {
@@ -198,7 +198,7 @@ mod tests {
     /// pose.
     #[test]
     fn the_first_choice_is_the_best() {
-        at_work(&Nuisances::default(), |workplace, start| {
+        at_work(&[], |workplace, start| {
             let mut poses = poses(workplace, 16);
             poses.push(SINGULAR.to_vec());
             let candidates = workplace.evaluate(&poses, || ()).unwrap();
@@ -234,11 +234,9 @@ mod tests {
     /// A common factor of all masses and parameters has the effect of the accelerometer's gain. Only the priors
     /// separate the two, and no experiment determines the parameters better than the priors do.
     #[test]
-    fn priors_of_nuisances_count_as_in_a_fit() {
+    fn priors_count_as_in_a_fit() {
         let prior = 0.02;
-        let nuisances =
-            Nuisances { acceleration_gain: Some(prior), mass: Some(prior), ..Nuisances::default() };
-        at_work(&nuisances, |workplace, start| {
+        at_work(&[("acceleration_gain", prior), ("link_mass", prior)], |workplace, start| {
             let candidates = workplace.evaluate(&poses(workplace, 4), || ()).unwrap();
             let plan = plan(workplace, start, &candidates, Criterion::D, 1, || ());
             let Prediction { identified, weak, not_observable, median, .. } = plan.steps[0].after;
@@ -250,7 +248,7 @@ mod tests {
 
     #[test]
     fn what_the_robot_does_not_stand_is_not_recommended() {
-        at_work(&Nuisances::default(), |workplace, start| {
+        at_work(&[], |workplace, start| {
             let mut candidates = workplace.evaluate(&poses(workplace, 1), || ()).unwrap();
             candidates.truncate(2);
             let sound = candidates[0].experiment.clone();

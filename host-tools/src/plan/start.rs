@@ -142,7 +142,6 @@ fn file_name(file: &Path) -> std::path::Display<'_> {
 
 #[cfg(test)]
 mod tests {
-    use flexid_core::calibration::Nuisances;
     use flexid_wire::report::{Fit, FoundBy, Report, Verdict};
 
     use super::*;
@@ -191,7 +190,7 @@ mod tests {
 
     /// The unknowns, with the stiffnesses of joint 1 tied to the first, and the damping of joint 2 along x fixed.
     fn sought() -> Sought {
-        let mut sought = Sought::new(3, &Nuisances::default()).unwrap();
+        let mut sought = Sought::new(3).unwrap();
         let stiffness = |dof| Coordinate::Stiffness { joint: 0, dof };
         for dof in 1..6 {
             sought.tie(stiffness(dof), stiffness(0)).unwrap();

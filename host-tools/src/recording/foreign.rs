@@ -38,7 +38,7 @@ const HDF5: &str = "is an HDF5 file, as MATLAB 7.3 and others write: export its 
     v = {n: numpy.atleast_2d(x[()]) for n, x in h5py.File('IN.h5').items() if hasattr(x, 'shape')}; \
     v = {n: x.T if len(x) < x.shape[1] else x for n, x in v.items()}; rows = max(map(len, v.values())); \
     pandas.DataFrame({n + str(i or ''): c for n, x in v.items() if len(x) == rows for i, c in enumerate(x.T)}).to_csv('OUT.csv', index=False)\"`";
-const UNIVERSAL: &str = "is a universal file (UFF): export its time records as a table with `pip install pyuff pandas; python3 -c \"import pyuff, pandas; \
+const UNIVERSAL: &str = "is a universal file (UFF), and not named in [receptance] file: name frequency responses there, with their pose; export time records as a table with `pip install pyuff pandas; python3 -c \"import pyuff, pandas; \
     sets = [x for x in pyuff.UFF('IN.uff').read_sets() if x['type'] == 58 and x['func_type'] == 1]; pandas.DataFrame({x['id1']: x['data'] for x in sets}, \
     index=sets[0]['x']).to_csv('OUT.csv', index_label='time')\"`";
 const ASC: &str =

@@ -69,6 +69,21 @@ impl FrameSource for Log {
     }
 }
 
+/// Takes the files of modal tests out of the names, and leaves the others. Where some are named, the configuration keeps these alone.
+pub(crate) fn split(names: &[PathBuf], config: &mut Config) -> Vec<PathBuf> {
+    let is_same = |one: &Path, other: &Path| {
+        let of = |file: &Path| fs::canonicalize(file).ok();
+        one == other || of(one).is_some_and(|own| of(other) == Some(own))
+    };
+    let is_test = |name: &&PathBuf| config.receptances.iter().any(|own| is_same(&own.file, name));
+    let (tests, others): (Vec<PathBuf>, Vec<PathBuf>) =
+        names.iter().cloned().partition(|name| is_test(&name));
+    if !tests.is_empty() {
+        config.receptances.retain(|own| tests.iter().any(|name| is_same(&own.file, name)));
+    }
+    others
+}
+
 /// Opens the recordings of a configuration as one source, and returns it with the configuration that they complete: tables have their own steps,
 /// and perhaps their own rate. It opens and checks each at once, so that it reports a wrong name before the work begins. In place of a last line
 /// that is cut off there comes an error, as at the end of packed data that are cut off.
@@ -87,6 +102,15 @@ pub(crate) fn open(
         .find(|(index, name)| name.as_os_str() == STANDARD_INPUT && names[..*index].contains(name))
     {
         return Err(BadInput::new(again.1, "is standard input, which can be read only once"));
+    }
+    if let Some(first) = names.first().filter(|_| config.signals.is_none()) {
+        let file = config.file.display();
+        return Err(BadInput::new(
+            first,
+            format!(
+                "is no modal test that [receptance] file names, and {file} has no [signals]: name the file there, or the columns of a table in [signals]"
+            ),
+        ));
     }
     let mut logs = Vec::new();
     // Rate and steps of the tables together, or that there are frames.

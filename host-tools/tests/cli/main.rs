@@ -22,6 +22,7 @@ mod plan;
 mod predict;
 #[path = "../common/python.rs"]
 mod python;
+mod receptances;
 mod recordings;
 mod report;
 mod sensors;

@@ -49,7 +49,6 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::calibration::Nuisances;
     use crate::identify::branch::tests::chain;
 
     proptest! {
@@ -59,7 +58,7 @@ mod tests {
             ratios in prop::array::uniform24(1e-3..0.3_f64), hz in prop::array::uniform12(5.0..500.0_f64),
         ) {
             let chain = chain();
-            let sought = Sought::new(2, &Nuisances::default()).unwrap();
+            let sought = Sought::new(2).unwrap();
             let critical = |index: usize| {
                 let (joint, dof) = (index / DOF, index % DOF);
                 let inertia = [[5.0, 0.05], [2.0, 0.02]][joint][dof / 3];

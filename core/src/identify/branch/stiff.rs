@@ -48,7 +48,6 @@ mod tests {
 
     use super::*;
     use crate::DOF;
-    use crate::calibration::Nuisances;
     use crate::identify::start::tests::{two_joints, within_the_bounds};
 
     proptest! {
@@ -57,7 +56,7 @@ mod tests {
         fn stiffnesses_are_unsure_above_two_percent(
             deviations in prop::array::uniform24(1e-4..0.1_f64),
         ) {
-            let sought = Sought::new(2, &Nuisances::default()).unwrap();
+            let sought = Sought::new(2).unwrap();
             let is_stiffness = |index: &usize| index % (2 * DOF) < DOF;
             let expected: Vec<usize> =
                 (0..24).rev().filter(is_stiffness).filter(|&k| deviations[k] > 0.02).collect();

@@ -1,10 +1,9 @@
 use super::*;
-use crate::calibration::Nuisances;
 use crate::refine::{Information, Local};
 
 /// Where nothing is left to gain: so many residuals of this χ², of which static tests have a part.
 fn fit(sum_of_squares: f64, degrees_of_freedom: f64, statics: [f64; 2]) -> Fit {
-    let sought = Sought::new(1, &Nuisances::default()).unwrap();
+    let sought = Sought::new(1).unwrap();
     let mut information = Information::none(sought.unknowns());
     information.add_known(0, 0.01);
     Fit {
@@ -31,7 +30,7 @@ pub(in crate::identify) fn of_size(size: f64) -> Structure {
 /// A minimum of two thousand residuals that noise explains, with `gain` left to it, along the first unknown, whose
 /// standard deviation is 0.01.
 pub(in crate::identify) fn minimum(sum_of_squares: f64, gain: f64) -> Minimum {
-    let sought = Sought::new(1, &Nuisances::default()).unwrap();
+    let sought = Sought::new(1).unwrap();
     let mut step = [0.0; MAX_UNKNOWNS];
     step[0] = 0.01 * libm::sqrt(gain);
     let fit = fit(sum_of_squares, 2000.0, [0.0; 2]);
@@ -169,7 +168,7 @@ fn a_better_minimum_has_no_rival_among_the_worse() {
 /// much as its probability allows.
 #[test]
 fn the_errors_hold_the_farthest_rivals() {
-    let sought = Sought::new(1, &Nuisances::default()).unwrap();
+    let sought = Sought::new(1).unwrap();
     let mut own = minimum(2000.0, 0.0);
     let away = |first: f64, second: f64| {
         (0..sought.unknowns()).map(move |i| [first, second].get(i).copied().unwrap_or(0.0))
@@ -193,7 +192,7 @@ fn the_errors_hold_the_farthest_rivals() {
 /// Two springs that a rival exchanges have errors of opposite signs, on whichever side of the minimum the rival lies.
 #[test]
 fn a_rival_correlates_what_it_moves() {
-    let sought = Sought::new(1, &Nuisances::default()).unwrap();
+    let sought = Sought::new(1).unwrap();
     for sign in [1.0, -1.0] {
         let mut own = minimum(2000.0, 0.0);
         let mut information = Information::none(sought.unknowns());

@@ -57,13 +57,13 @@ pub(super) fn subtract<const B: usize>(experiments: &mut [Experiment<B>], shown:
 }
 
 /// Peaks that may be tones in what a model leaves of one record, its tones put back, of all records' `bins`. They are subtracted. In short parts
-/// a tone has no shape.
+/// a tone has no shape, and in a measured receptance there is none.
 pub(super) fn candidates<const B: usize>(
     experiment: &Experiment<B>,
     left: &mut Unexplained<B>,
     bins: usize,
 ) -> Vec<Candidate, MAX_TONES> {
-    if !experiment.is_whole() {
+    if !experiment.is_whole() || !experiment.is_record() {
         return Vec::new();
     }
     experiment.tones.iter().for_each(|tone| left.add(tone, 1.0));

@@ -18,8 +18,7 @@ use heapless::Vec;
 
 use super::cells::Cell;
 use crate::MAX_JOINTS;
-use crate::imperfection::Imperfection;
-use crate::refine::FoundImperfection;
+use crate::imperfection::{FoundImperfection, Imperfection};
 use crate::refine::record::share_pose;
 
 /// Least ratio of two forces that differ. Chosen: two closer forces give the exponent a standard deviation above 2: [`SCATTER`] over
@@ -35,7 +34,7 @@ const CERTAIN: f64 = 3.0;
 #[derive(Clone, Debug)]
 pub(super) struct OfRecord {
     pose: Vec<f64, MAX_JOINTS>,
-    /// N.
+    /// N; no number where it is not known.
     rms_force: f64,
     pub(super) left: Cell,
 }
@@ -54,7 +53,8 @@ impl OfRecord {
     /// Logarithms of the square of the force and of the mean square beyond noise, if there is anything.
     fn logarithms(&self) -> Option<[f64; 2]> {
         let beyond = self.left.mean_square() - 1.0;
-        let is_more = beyond > CERTAIN * libm::sqrt(2.0 / self.left.count.max(1.0));
+        let is_more = beyond > CERTAIN * libm::sqrt(2.0 / self.left.count.max(1.0))
+            && !self.rms_force.is_nan();
         is_more.then(|| [2.0 * libm::log(self.rms_force), libm::log(beyond)])
     }
 }

@@ -98,8 +98,10 @@ impl Refinement {
     ) -> Vec<LeftOver, MAX_LEFT_OVER> {
         let mut margins = Margins::new(problem.measurement.band_hz);
         for (record, experiment) in experiments.iter().enumerate().take(MAX_EXPERIMENTS) {
-            let is_whole = experiment.is_whole();
-            margins.begin(OfRecord::new(&experiment.pose, experiment.rms_force()), is_whole);
+            let is_in_time = experiment.is_whole() && experiment.is_record();
+            // The force of a modal test is not known.
+            let rms_force = if experiment.is_record() { experiment.rms_force() } else { f64::NAN };
+            margins.begin(OfRecord::new(&experiment.pose, rms_force), is_in_time);
             let mut index = 0;
             for part in experiment.parts() {
                 let model = self.model_of(problem, coordinates, plant, &part, record);
@@ -127,7 +129,7 @@ struct Margins {
     directions: [Cell; 3],
     records: Vec<OfRecord, MAX_EXPERIMENTS>,
     time: InTime,
-    is_whole: bool,
+    is_in_time: bool,
 }
 
 impl Margins {
@@ -142,14 +144,14 @@ impl Margins {
             directions: [Cell::default(); 3],
             records: Vec::new(),
             time: InTime::default(),
-            is_whole: true,
+            is_in_time: true,
         }
     }
 
-    /// Begins the next record. One that is not whole, but has parts, says nothing of time.
-    fn begin(&mut self, record: OfRecord, is_whole: bool) {
+    /// Begins the next record. One that is not whole, but has parts, says nothing of time, nor does a measured receptance.
+    fn begin(&mut self, record: OfRecord, is_in_time: bool) {
         self.time.begin();
-        self.is_whole = is_whole;
+        self.is_in_time = is_in_time;
         // There is room for every record.
         let _ = self.records.push(record);
     }
@@ -172,7 +174,7 @@ impl Margins {
                 record.left.add(square);
             }
         }
-        if self.is_whole {
+        if self.is_in_time {
             self.time.take(white);
         }
     }

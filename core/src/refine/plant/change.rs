@@ -1,7 +1,6 @@
 //! Derivative of the linearised model by one imperfection.
 //!
-//! The sag is held; [`sag`](super::sag) adds what follows from its change. The change of the stiffness due to gravity is left out, as in the
-//! derivatives by the links' masses ([`Response::per_mass`](crate::receptance::Response::per_mass)).
+//! The sag is held; [`sag`](super::sag) adds what follows from its change. The change of the stiffness due to gravity is left out.
 
 use heapless::Vec;
 use nalgebra::Matrix3;
@@ -20,7 +19,7 @@ pub(super) type Block = [[f64; 3]; 3];
 
 /// Derivatives of the parts of a model by one imperfection.
 #[derive(Clone, Debug)]
-pub(super) struct Change {
+pub(in crate::refine) struct Change {
     /// Derivative of the inertia of a link: the number of its joint, and rows.
     pub(super) inertia: Option<(usize, [[f64; DOF]; DOF])>,
     /// Derivatives of the transformations X from a link to the next: the number of the joint between them, and blocks.

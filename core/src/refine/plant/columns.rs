@@ -16,42 +16,38 @@
 use heapless::Vec;
 
 use super::super::batch::Batch;
-use super::super::further::Further;
 use super::super::model::Model;
 use super::super::rows::{Rows, add, write};
 use super::change::Change;
 use super::motion::{Motions, taken_by_tool};
-use super::sag::Sags;
-use crate::chain::from_parent::FromParent;
-use crate::imperfection::{Imperfection, MAX_IMPERFECTIONS, Sensor};
+use super::sag::Sag;
+use crate::imperfection::{Imperfection, Sensor};
 use crate::receptance::lanes::Lanes;
 use crate::receptance::{
     Complex, Filter, PerDof, Response, Terms, per_growth, per_hysteretic_part,
 };
+use crate::sought::Sought;
 use crate::{DOF, MAX_JOINTS};
 
-/// Columns of the imperfections of a record.
-#[derive(Clone, Debug)]
-pub(super) struct Imperfections {
-    /// Each imperfection, with its standard deviation.
-    pub(super) all: Vec<(Imperfection, f64), MAX_IMPERFECTIONS>,
-    /// X of each joint.
-    pub(super) from_parent: Vec<FromParent, MAX_JOINTS>,
-    /// Derivative of the model by each imperfection of the model, in its standard deviation.
-    pub(super) changes: Vec<Change, MAX_IMPERFECTIONS>,
+/// Columns of imperfections in the rows of a record: of those that stand before the unknowns, and of those that are sought as unknowns.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::refine) struct Columns<'a> {
+    /// Those before the unknowns, each with its standard deviation.
+    pub(in crate::refine) before: &'a [(Imperfection, f64)],
+    /// Derivative of the model by each imperfection of the model, in its standard deviation: of those before the unknowns, then of those that are
+    /// sought.
+    pub(in crate::refine) changes: &'a [Change],
     /// Sags of the bushings.
-    pub(super) sags: Sags,
-    /// Filter of the accelerometer.
-    pub(super) accelerometer_filter: Filter<f64>,
-    /// Reference of the hysteresis, rad/s.
-    pub(super) reference: f64,
-    /// Degree of freedom of each joint's drive; `None` for a fixed joint.
-    pub(super) drives: Vec<Option<usize>, MAX_JOINTS>,
+    pub(in crate::refine) sags: &'a [Sag],
     /// Number of the record.
-    pub(super) record: usize,
+    pub(in crate::refine) record: usize,
 }
 
-impl Imperfections {
+impl Columns<'_> {
+    /// No columns.
+    pub(in crate::refine) const NONE: Self =
+        Self { before: &[], changes: &[], sags: &[], record: 0 };
+
     /// Derivative of the reading along each axis by an imperfection that is not of the model.
     #[inline(always)]
     fn of_reading<V: Lanes<Scalar = f64>>(
@@ -78,7 +74,7 @@ impl Imperfections {
         let high_pass =
             |filter: &Filter<f64>| batch.inverse_s * filter.of_high_pass(batch.s).reciprocal();
         let cube = || {
-            let filter = &self.accelerometer_filter;
+            let filter = &model.accelerometer_filter;
             batch.s * batch.s * batch.s * filter.of_low_pass(batch.s).reciprocal()
         };
         let mut derivative = [Complex::zero(like); 3];
@@ -91,12 +87,12 @@ impl Imperfections {
                 return by_reading(batch.s);
             }
             Imperfection::Hysteresis => {
-                let excess = per_hysteretic_part(batch.s, self.reference);
+                let excess = per_hysteretic_part(batch.s, model.terms.hysteresis.reference);
                 let damping = |joint: usize, dof: usize| model.terms.joints[joint].damping[dof];
                 return by_impedance(&model.terms, response, excess, damping);
             }
             Imperfection::Servo(own) => {
-                let drive = self.drives[own];
+                let drive = model.drives[own];
                 let stiffness = |joint: usize, dof: usize| {
                     let is_driven = joint == own && drive == Some(dof);
                     if is_driven { model.terms.joints[own].stiffness[dof] } else { 0.0 }
@@ -114,10 +110,10 @@ impl Imperfections {
                 return motions.by_hose(model, batch.s).map(|by_stiffness| by_stiffness * batch.s);
             }
             Imperfection::Resonance(Sensor::Accelerometer) => {
-                return by_reading(resonance(&self.accelerometer_filter));
+                return by_reading(resonance(&model.accelerometer_filter));
             }
             Imperfection::HighPass(Sensor::Accelerometer) => {
-                return by_reading(high_pass(&self.accelerometer_filter));
+                return by_reading(high_pass(&model.accelerometer_filter));
             }
             Imperfection::Resonance(Sensor::Force) => {
                 return by_force(resonance(&model.force_filter));
@@ -208,17 +204,14 @@ fn by_impedance<V: Lanes<Scalar = f64>>(
     sums.map(|sum| sum * factor)
 }
 
-impl Further for &Imperfections {
+impl Columns<'_> {
+    /// Writes the columns of each lane, from `first` on. It adds to those of the stiffnesses, which have been written.
+    /// `response` is that of `model` at `batch`; `seam` holds the loads of the seam.
     #[inline(always)]
-    fn count(&self) -> usize {
-        self.all.len()
-    }
-
-    #[inline(always)]
-    fn write<V: Lanes<Scalar = f64>, const W: usize>(
+    pub(in crate::refine) fn write<V: Lanes<Scalar = f64>, const W: usize>(
         &self,
         rows: &mut [Rows<W>],
-        first: usize,
+        (first, sought): (usize, &Sought),
         response: &Response<V>,
         model: &Model,
         batch: &Batch<V>,
@@ -226,7 +219,8 @@ impl Further for &Imperfections {
     ) {
         let s = batch.s;
         let last = model.terms.joints.len() - 1;
-        let motions = Motions::new(&self.from_parent, model, response, s, seam);
+        let of_unknowns = first + self.before.len();
+        let motions = Motions::new(model, response, s, seam);
         let mut cut = batch.force;
         if let Some(tool) = &model.terms.tool {
             let taken = taken_by_tool(tool, s, &motions.of_record.displacements[last]);
@@ -235,7 +229,7 @@ impl Further for &Imperfections {
             }
         }
         let mut of_loads: Vec<[Complex<V>; 3], { DOF * MAX_JOINTS }> = Vec::new();
-        for sag in &self.sags {
+        for sag in self.sags {
             let of_geometry = of_change(&sag.change, response, model, s, &cut, &motions);
             let mut of_load = of_geometry;
             if let Some(rates) = &sag.stiffness {
@@ -244,14 +238,14 @@ impl Further for &Imperfections {
             // There is room for all of them.
             let _ = of_loads.push(of_load);
             if let Some(unknown) = sag.unknown {
-                let column = first + self.all.len() + unknown;
                 for (axis, value) in of_geometry.into_iter().enumerate() {
-                    add(rows, axis, column, -value);
+                    add(rows, axis, of_unknowns + unknown, -value);
                 }
             }
         }
         let mut changes = self.changes.iter().enumerate();
-        for (index, &(imperfection, deviation)) in self.all.iter().enumerate() {
+        let of_sought = (of_unknowns + sought.first_imperfection()..).zip(sought.imperfections());
+        for (column, &(imperfection, deviation)) in (first..).zip(self.before).chain(of_sought) {
             let derivative = if imperfection.is_of_model() {
                 let Some((place, change)) = changes.next() else { continue };
                 let mut derivative = of_change(change, response, model, s, &cut, &motions);
@@ -267,7 +261,7 @@ impl Further for &Imperfections {
                 own.map(|value| value.scale(s.re.fill(deviation)))
             };
             for (axis, value) in derivative.into_iter().enumerate() {
-                write(rows, axis, first + index, value);
+                write(rows, axis, column, value);
             }
         }
     }

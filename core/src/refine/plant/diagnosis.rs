@@ -11,10 +11,10 @@
 
 use heapless::Vec;
 
+use super::Plant;
 use super::evidence::{Restatement, Values};
 use super::explanation::{Quadratic, Squares};
-use super::{FoundImperfection, Plant};
-use crate::imperfection::{Imperfection, KINDS};
+use crate::imperfection::{FoundImperfection, Imperfection, KINDS};
 use crate::refine::Problem;
 
 /// Largest number of kinds that are selected. Chosen: each has the largest gain beside those before it, so that the ones left out explain least.

@@ -9,11 +9,12 @@ use super::super::sizes::ParameterNormal;
 use super::super::sizes::{ALL, OF_ALL};
 use super::super::stagnation::{OF_PLANT, Stagnation};
 use super::super::statics::Statics;
+use super::super::sum_of_squares::SumOfSquares;
 use super::super::thinning::{self, residuals};
 use super::Plant;
 use super::domain::{PlantDomain, Point};
 use super::factors::Restated;
-use super::objective::PlantSumOfSquares;
+use super::objective::OfPlant;
 use super::retired::RetiredOfPlant;
 use crate::imperfection::{self, Correction, MAX_IMPERFECTIONS};
 use crate::linear::normal::Normal;
@@ -80,24 +81,17 @@ impl Refinement {
         plant: &'a mut Plant,
     ) -> (
         PlantDomain<'a>,
-        PlantSumOfSquares<'a, B>,
+        SumOfSquares<'a, OfPlant<'a>, B>,
         &'a mut LevenbergMarquardt<OF_ALL>,
         &'a mut Point,
     ) {
         let Plant { imperfections, minimiser, point, record, summary, retired, .. } = plant;
         self.minimiser.linearised = false;
         let domain = PlantDomain::new(problem, &imperfections.all);
-        let objective = PlantSumOfSquares {
-            problem,
-            experiments,
-            retired: retired.as_ref(),
-            workspace: &mut self.workspace,
-            imperfections,
-            record,
-            relative_error: plant.relative_error,
-            every: plant.every,
-            summary,
-        };
+        let (retired, workspace) = (retired.as_ref(), &mut self.workspace);
+        let fitted = OfPlant { retired, workspace, imperfections, record, summary };
+        let (relative_error, every) = (plant.relative_error, plant.every);
+        let objective = SumOfSquares { problem, experiments, fitted, relative_error, every };
         (domain, objective, minimiser, point)
     }
 
@@ -209,9 +203,7 @@ impl Refinement {
 impl Plant {
     /// The static tests of a problem where the plant stands, which also seek its imperfections.
     pub(in crate::refine) fn statics<'a>(&'a self, problem: &'a Problem<'_>) -> Statics<'a> {
-        let Self { imperfections, point, .. } = self;
-        let values = imperfections.values(point);
-        Statics::at(problem, &point.coordinates, values).seeking(&imperfections.all)
+        self.imperfections.statics(problem, &self.point)
     }
 
     /// The static tests of a problem where the plant stands, and the normal equations of its last fit, to be changed.
@@ -221,9 +213,7 @@ impl Plant {
     ) -> (Statics<'a>, &'a mut Normal<OF_ALL>) {
         let Self { imperfections, point, minimiser, factor, .. } = self;
         factor.clone_from(&minimiser.normal);
-        let values = imperfections.values(point);
-        let statics = Statics::at(problem, &point.coordinates, values);
-        (statics.seeking(&imperfections.all), factor)
+        (imperfections.statics(problem, point), factor)
     }
 
     /// Sum of squares of the retired records where the plant stands.

@@ -5,10 +5,9 @@ use core::f64::consts::TAU;
 use heapless::Vec;
 use nalgebra::{Isometry3, Matrix3, Rotation3, Translation3, UnitQuaternion, Vector3, Vector6};
 
-use super::super::Problem;
 use super::super::model::Model;
+use super::super::problem::Problem;
 use super::places::Places;
-use crate::calibration::Calibration;
 use crate::chain::linearise::{LinearChain, LinearisationError};
 use crate::chain::spread::spread_by;
 use crate::chain::{Chain, Joint, JointKind};
@@ -16,6 +15,7 @@ use crate::imperfection::{BASE_OVER_MOVING, Imperfection, REFERENCE_HZ, Sensor};
 use crate::parameters::Bushings;
 use crate::receptance::{Filter, Ground, Growth, Hose, Hysteresis, Terms};
 use crate::sensors::Sensors;
+use crate::sought::Coordinates;
 use crate::spectrum::Site;
 use crate::statics::{Deflection, StaticTest};
 use crate::{DOF, MAX_JOINTS};
@@ -36,6 +36,8 @@ pub(in crate::refine) type PerDof = [[f64; DOF]; MAX_JOINTS];
 pub(in crate::refine) struct Imperfect {
     chain: Chain,
     sensors: Sensors,
+    /// Gain of each axis of the force sensor, reading per force.
+    force_gain: [f64; 3],
     pose: Vec<f64, MAX_JOINTS>,
     accelerometer_filter: Filter<f64>,
     force_filter: Filter<f64>,
@@ -60,29 +62,36 @@ pub(in crate::refine) struct Imperfect {
 }
 
 impl Imperfect {
-    /// The model without imperfections at the site of a record, of this number.
+    /// The model at the site of a record, of this number, with those imperfections that are sought at these coordinates, and with `others`, each with
+    /// its value.
     pub(in crate::refine) fn new(
         problem: &Problem<'_>,
-        calibration: &Calibration,
+        coordinates: &Coordinates,
+        others: impl Iterator<Item = (Imperfection, f64)>,
         site: Site<'_>,
         record: usize,
     ) -> Self {
-        let chain = problem.weighed(calibration);
-        let sensors = problem.measurement.sensors(calibration, site.point);
-        Self::of(chain, sensors, REFERENCE_HZ, site.pose, record)
+        let sensors = problem.measurement.sensors(&site);
+        let chain = problem.chain.clone();
+        let all = problem.sought.imperfections_at(coordinates).chain(others);
+        Self::of(chain, sensors, REFERENCE_HZ, site.pose, record).with(all)
     }
 
     /// The robot with these imperfections, each with its value, at rest at the joint angles `pose`, in no record.
     pub(in crate::refine) fn at_rest(
         problem: &Problem<'_>,
-        calibration: &Calibration,
         pose: &[f64],
         imperfections: impl Iterator<Item = (Imperfection, f64)>,
     ) -> Self {
-        let chain = problem.weighed(calibration);
-        let mut robot = Self::of(chain, Sensors::default(), REFERENCE_HZ, pose, NO_RECORD);
-        imperfections.for_each(|(imperfection, value)| robot.add(imperfection, value));
-        robot
+        let chain = problem.chain.clone();
+        Self::of(chain, Sensors::default(), REFERENCE_HZ, pose, NO_RECORD).with(imperfections)
+    }
+
+    /// Adds these imperfections, each with its value.
+    fn with(mut self, imperfections: impl Iterator<Item = (Imperfection, f64)>) -> Self {
+        let counting = imperfections.filter(|(_, value)| *value != 0.0);
+        counting.for_each(|(imperfection, value)| self.add(imperfection, value));
+        self
     }
 
     /// A chain with these sensors at a pose, without imperfections, in the record of this number. Stiffness and damping are those
@@ -98,6 +107,7 @@ impl Imperfect {
         Self {
             chain,
             sensors,
+            force_gain: [1.0; 3],
             pose: pose.iter().copied().take(MAX_JOINTS).collect(),
             accelerometer_filter: Filter::default(),
             force_filter: Filter::default(),
@@ -118,17 +128,17 @@ impl Imperfect {
     pub(in crate::refine) fn add(&mut self, imperfection: Imperfection, value: f64) {
         let along = |axis: usize| Vector3::ith(axis, value);
         let Self { chain, sensors, pose, .. } = self;
-        let Sensors { mounting, calibration, .. } = sensors;
+        let Sensors { mounting, delay, acceleration_gain, .. } = sensors;
         match imperfection {
-            Imperfection::Delay => calibration.delay += value,
+            Imperfection::Delay => *delay += value,
             Imperfection::DelayDrift => self.drift += value,
             Imperfection::Dispersion => self.accelerometer_filter.dispersion += value,
             Imperfection::RollOff => self.accelerometer_filter.roll_off += value,
             Imperfection::Gain(Sensor::Accelerometer, axis) => {
-                calibration.acceleration_gain[axis] *= libm::exp(value);
+                acceleration_gain[axis] *= libm::exp(value);
             }
             Imperfection::Gain(Sensor::Force, axis) => {
-                calibration.force_gain[axis] *= libm::exp(value);
+                self.force_gain[axis] *= libm::exp(value);
             }
             Imperfection::Turn(Sensor::Force, axis) => {
                 mounting.force_axes *= Rotation3::new(along(axis));
@@ -190,9 +200,7 @@ impl Imperfect {
             }
             Imperfection::Hose => self.hose[0] += value,
             Imperfection::HoseDamping => self.hose[1] += value,
-            Imperfection::RecordDelay(record) if record == self.record => {
-                calibration.delay += value;
-            }
+            Imperfection::RecordDelay(record) if record == self.record => *delay += value,
             Imperfection::RecordStiffness(record) if record == self.record => {
                 self.stiffness *= libm::exp(value);
             }
@@ -203,11 +211,6 @@ impl Imperfect {
     /// Returns the places of the parts.
     pub(super) fn into_places(self) -> Places {
         Places { chain: self.chain, pose: self.pose, base_mass: self.ground.mass }
-    }
-
-    /// Filter of the accelerometer.
-    pub(super) fn accelerometer_filter(&self) -> Filter<f64> {
-        self.accelerometer_filter
     }
 
     /// The chain about its static equilibrium with these bushings.
@@ -249,12 +252,11 @@ impl Imperfect {
     /// Returns the part of the model that the rows of a record need, whose chain is linearised as `linear`.
     pub(in crate::refine) fn model(
         &self,
-        problem: &Problem<'_>,
         linear: &LinearChain,
         bushings: &Bushings,
     ) -> Result<Model, LinearisationError> {
         // The gains act behind the crosstalk; the terms have them in front.
-        let gains = self.sensors.calibration.acceleration_gain;
+        let gains = self.sensors.acceleration_gain;
         let gain = Matrix3::from_diagonal(&gains.into());
         let inverse = Matrix3::from_diagonal(&gains.map(|gain| 1.0 / gain).into());
         let of_accelerometer = gain * self.accelerometer_crosstalk * inverse;
@@ -264,11 +266,11 @@ impl Imperfect {
             [&of_accelerometer, &self.force_crosstalk],
         );
         Ok(Model {
-            terms: if problem.sought.seeks_masses() { terms.with_masses() } else { terms },
-            calibration: self.sensors.calibration,
+            force_gain: self.force_gain,
             force_filter: self.force_filter,
+            accelerometer_filter: self.accelerometer_filter,
             drift: self.drift,
-            relative_error: 0.0,
+            ..Model::perfect(terms, linear, &self.chain)
         })
     }
 }
@@ -346,11 +348,6 @@ impl Imperfect {
         let gives_way = compliance.iter().chain(&damping).any(|value| *value != 0.0);
         let compliance = compliance.map(|c| c.max(RIGID));
         gives_way.then_some(Ground { compliance, damping, mass })
-    }
-
-    /// Reference of the hysteresis, rad/s.
-    pub(super) fn reference(&self) -> f64 {
-        self.hysteresis.reference
     }
 }
 

@@ -4,8 +4,9 @@ use super::super::Refinement;
 use super::super::basis::{Asked, Basis};
 use super::super::problem::Problem;
 use super::super::sizes::OF_ALL;
+use super::super::sum_of_squares::SumOfSquares;
 use super::Plant;
-use super::objective::PlantSumOfSquares;
+use super::objective::OfPlant;
 use crate::chain::linearise::LinearisationError;
 use crate::imperfection::Imperfection;
 use crate::linear::normal::Normal;
@@ -75,18 +76,12 @@ impl Refinement {
     ) -> Result<(), LinearisationError> {
         let Plant { imperfections, point, summary, factor, relative_error, every, .. } = plant;
         factor.reset(imperfections.all.len() + problem.sought.unknowns());
-        let mut objective = PlantSumOfSquares::<B> {
-            problem,
-            experiments: &[],
-            retired: None,
-            workspace: &mut self.workspace,
-            imperfections,
-            record: &mut plant.record,
-            relative_error: *relative_error,
-            every: *every,
-            summary,
-        };
-        objective.add_record(point, record, experiment, asked, factor)?;
+        let (workspace, normal) = (&mut self.workspace, &mut plant.record);
+        let fitted = OfPlant { retired: None, workspace, imperfections, record: normal, summary };
+        let (relative_error, every) = (*relative_error, *every);
+        let mut objective =
+            SumOfSquares { problem, experiments: &[], fitted, relative_error, every };
+        objective.add_record(point, (record, experiment), asked, factor)?;
         for (index, (imperfection, _)) in imperfections.all.iter().enumerate() {
             if imperfection.is_of_record(record) {
                 factor.add_prior(index, point.imperfections[index]);

@@ -14,14 +14,16 @@
 //! not seen. The second term is what the imperfections add: the data do not scatter with them. P is the information of their priors.
 
 use super::super::batch::Bins;
+use super::super::equations::Equations;
 use super::super::objective::Domain as _;
 use super::super::proposal::propose;
 use super::super::record::share_pose;
 use super::super::sizes::ALL;
+use super::super::sum_of_squares::{Fitted as _, PartOf, SumOfSquares};
 use super::super::{Problem, Refinement};
 use super::Plant;
 use super::domain::PlantDomain;
-use super::objective::{PartOf, PlantSumOfSquares, eliminate_seam};
+use super::objective::OfPlant;
 use crate::sought::MAX_UNKNOWNS;
 use crate::spectrum::Experiment;
 
@@ -69,19 +71,12 @@ impl Refinement {
         let [least, most] = BANDS;
         let poses = (0..experiments.len()).filter(|&it| first_of_pose(experiments, it) == it);
         let bands = (BLOCKS / poses.clone().count().max(1)).clamp(least, most);
-        let mut objective = PlantSumOfSquares {
-            problem,
-            experiments,
-            retired: retired.as_ref(),
-            workspace: &mut self.workspace,
-            imperfections,
-            record,
-            relative_error: 0.0,
-            every: 1,
-            summary,
-        };
         // Those that are there may be of a trial step that was rejected.
-        objective.workspace.seams.clear();
+        self.workspace.seams.clear();
+        let (retired, workspace) = (retired.as_ref(), &mut self.workspace);
+        let fitted = OfPlant { retired, workspace, imperfections, record, summary };
+        let mut objective =
+            SumOfSquares { problem, experiments, fitted, relative_error: 0.0, every: 1 };
         let (mut blocks, mut sums, mut squares) = (0.0, [0.0; ALL], [0.0; ALL]);
         for pose in poses {
             let is_of_pose = |&(index, _): &(usize, _)| first_of_pose(experiments, index) == pose;
@@ -101,26 +96,27 @@ impl Refinement {
                     // There is memory for the equations of one whole part: those of several are assembled again for each band.
                     if prepared.is_none() || !is_alone {
                         let (model, seam) = objective.prepare(point, &place).ok()?;
-                        objective.assemble_bins(&model, &seam, bins.some(0..bins.bins()));
-                        whole.clone_from(objective.record);
+                        let all = bins.some(0..bins.bins());
+                        objective.fitted.assemble(problem, &model, all, Equations::All(&seam));
+                        whole.clone_from(objective.fitted.record);
                         prepared = Some((model, seam));
                     }
                     let Some((model, seam)) = &prepared else { continue };
-                    objective.record.clone_from(whole);
-                    eliminate_seam(problem, seam, objective.record);
-                    factor.subtract_complement(objective.record, seam_unknowns);
+                    objective.fitted.record.clone_from(whole);
+                    problem.eliminate_seam(seam, objective.fitted.record);
+                    factor.subtract_complement(objective.fitted.record, seam_unknowns);
                     let edge = |band: usize| bins.bins() * band / bands;
                     let left_out = edge(band)..edge(band + 1);
                     // A short part may have no bin in a band.
                     match left_out.is_empty() {
-                        true => objective.record.clone_from(whole),
+                        true => objective.fitted.record.clone_from(whole),
                         false => {
-                            objective.assemble_bins(model, seam, bins.some(left_out));
-                            objective.record.take_from(whole);
+                            let some = bins.some(left_out);
+                            objective.fitted.assemble(problem, model, some, Equations::All(seam));
+                            objective.fitted.record.take_from(whole);
                         }
                     }
-                    eliminate_seam(problem, seam, objective.record);
-                    factor.add_complement(objective.record, seam_unknowns);
+                    objective.fitted.add_complement(problem, seam, factor);
                 }
                 let (step, _) = propose::<_, ALL>(problem.level, factor, &room, 0.0);
                 blocks += 1.0;

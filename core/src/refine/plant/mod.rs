@@ -7,10 +7,11 @@
 //! | file                            | what                                                            |
 //! | ------------------------------- | --------------------------------------------------------------- |
 //! | `imperfect`                     | the model with its imperfections                                |
-//! | `change`, `motion`, `columns`   | derivatives of a reading by the imperfections                   |
+//! | `change`, `derived`             | derivatives of the model by the imperfections                   |
+//! | `motion`, `columns`             | derivatives of a reading by them                                |
 //! | `sag`                           | derivatives by these and the stiffnesses through the sag        |
 //! | `correction`                    | from a fit to a model that has its imperfections, and back      |
-//! | `objective`, `domain`           | the sum of squares over unknowns and imperfections              |
+//! | `imperfections`, `objective`, `domain` | the sum of squares over unknowns and imperfections       |
 //! | `fit`, `levels`, `thinned`      | its minimum, and how a fit begins                               |
 //! | `jackknife`                     | standard deviations where noise does not explain the residuals  |
 //! | `structure`                     | links that give way                                             |
@@ -22,8 +23,9 @@
 //! | `explanation`, `evidence`       | the misfit as a function of the imperfections                   |
 
 pub(super) mod change;
-mod columns;
+pub(super) mod columns;
 mod correction;
+pub(super) mod derived;
 mod diagnosis;
 mod domain;
 mod evidence;
@@ -31,6 +33,7 @@ mod explanation;
 mod factors;
 mod fit;
 pub(super) mod imperfect;
+mod imperfections;
 mod information;
 mod jackknife;
 mod levels;
@@ -54,14 +57,13 @@ use super::stagnation::{OF_PLANT, Stagnation};
 use super::summary::Summary;
 use crate::MAX_JOINTS;
 use crate::chain::{Chain, JointKind};
-use crate::imperfection::{self, Accuracies, Imperfection, MAX_IMPERFECTIONS};
+use crate::imperfection::{self, Accuracies, FoundImperfection, Imperfection, MAX_IMPERFECTIONS};
 use crate::linear::normal::Normal;
-use crate::receptance::Filter;
 use crate::sought::MAX_UNKNOWNS;
-use columns::Imperfections;
 pub use diagnosis::{Explanation, MAX_EXPLANATIONS, MAX_RIVALS};
 use domain::Point;
 use factors::Restated;
+use imperfections::Imperfections;
 pub use information::PlantInformation;
 pub use mechanics::Mechanics;
 pub use places::Places;
@@ -108,34 +110,12 @@ pub struct Plant {
     joints: Vec<JointKind, MAX_JOINTS>,
 }
 
-/// An imperfection that a fit has found.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct FoundImperfection {
-    /// The imperfection.
-    pub imperfection: Imperfection,
-    /// Standard deviation of its prior, in the unit of the [`Imperfection`]: its accuracy times [`Imperfection::prior_over_accuracy`].
-    pub prior: f64,
-    /// Most likely value, in the same unit.
-    pub value: f64,
-    /// Standard deviation of that value, in the same unit.
-    pub deviation: f64,
-}
-
 impl Plant {
     /// A plant of these accuracies, and of a robot with the joints of `chain`.
     pub fn new(accuracies: &Accuracies, chain: &Chain) -> Self {
         let joints = chain.kinds();
         Self {
-            imperfections: Imperfections {
-                all: imperfection::all(accuracies, &joints, 0),
-                from_parent: Vec::new(),
-                changes: Vec::new(),
-                sags: Vec::new(),
-                accelerometer_filter: Filter::default(),
-                reference: 0.0,
-                drives: Vec::new(),
-                record: 0,
-            },
+            imperfections: Imperfections::new(imperfection::all(accuracies, &joints, 0)),
             accuracies: *accuracies,
             minimiser: LevenbergMarquardt::new(LIMITS),
             point: Point {

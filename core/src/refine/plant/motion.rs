@@ -12,7 +12,6 @@
 
 use super::super::model::Model;
 use super::change::{Block, FromParentChange, Tip};
-use crate::chain::from_parent::FromParent;
 use crate::receptance::lanes::Lanes;
 use crate::receptance::{Complex, PACKED, PerDof, Rates, Response, Terms, ToolTerms, at, bushing};
 use crate::{DOF, MAX_JOINTS};
@@ -42,21 +41,20 @@ impl<V: Lanes<Scalar = f64>> Motion<V> {
     /// `η = δ + X η₋` and `λ = z δ − γ`, from the elongations δ and the load γ of a seam.
     #[inline(always)]
     fn new(
-        from_parent: &[FromParent],
-        terms: &Terms<f64>,
+        model: &Model,
         rates: &Rates<V>,
         s: Complex<V>,
         elongations: &PerDof<V>,
         seam: Option<&PerDof<V>>,
     ) -> Self {
-        let zero = Complex::zero(rates.damper.re);
+        let (terms, zero) = (&model.terms, Complex::zero(rates.damper.re));
         let mut motion = Self {
             displacements: [[zero; DOF]; MAX_JOINTS],
             loads: [[zero; DOF]; MAX_JOINTS],
             base: [zero; DOF],
             on_base: [zero; DOF],
         };
-        for (joint, (own, x)) in terms.joints.iter().zip(from_parent).enumerate() {
+        for (joint, (own, x)) in terms.joints.iter().zip(&model.from_parent).enumerate() {
             let impedance = bushing(own, rates);
             for dof in 0..DOF {
                 let load = &mut motion.loads[joint][dof];
@@ -126,14 +124,13 @@ impl<V: Lanes<Scalar = f64>> Motion<V> {
 impl<V: Lanes<Scalar = f64>> Motions<V> {
     #[inline(always)]
     pub(super) fn new(
-        from_parent: &[FromParent],
         model: &Model,
         response: &Response<V>,
         s: Complex<V>,
         seam: &PerDof<V>,
     ) -> Self {
         let motion = |elongations: &PerDof<V>, seam: Option<&PerDof<V>>| {
-            Motion::new(from_parent, &model.terms, response.rates(), s, elongations, seam)
+            Motion::new(model, response.rates(), s, elongations, seam)
         };
         Self {
             per_observation: response.per_load.each_ref().map(|per_load| motion(per_load, None)),

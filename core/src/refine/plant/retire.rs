@@ -45,8 +45,7 @@ impl Refinement {
         plant.count_all_bins();
         let standing = plant.point;
         plant.point = plant.expanded_at(problem.sought);
-        let assembled =
-            self.assemble_on_plant(problem, experiment, record, plant, Asked::Retirement);
+        let assembled = self.assemble_on_plant(problem, experiment, record, plant, Asked::Fit);
         let expanded = core::mem::replace(&mut plant.point, standing);
         assembled?;
         let Plant { imperfections, factor, minimiser, retired, .. } = plant;

@@ -16,8 +16,8 @@
 use heapless::Vec;
 use nalgebra::Vector6;
 
-use super::super::Problem;
 use super::super::model::Model;
+use super::super::problem::Problem;
 use super::change::{Change, STEP};
 use super::imperfect::Imperfect;
 use crate::chain::linearise::{LinearChain, LinearisationError};
@@ -32,7 +32,7 @@ const LEAST: f64 = 1e-4;
 
 /// Sag of one bushing along one degree of freedom.
 #[derive(Clone, Debug)]
-pub(super) struct Sag {
+pub(in crate::refine) struct Sag {
     joint: usize,
     dof: usize,
     /// Load of gravity, N or Nm.
@@ -67,7 +67,7 @@ pub(super) fn renew(
             let mut more = elongations;
             more[joint][dof] *= 1.0 + STEP;
             let there = imperfect.linearise_at(problem, &more);
-            let terms = imperfect.model(problem, &there, bushings)?.terms;
+            let terms = imperfect.model(&there, bushings)?.terms;
             let mut change = Change::between([linear, &there], [&model.terms, &terms], STEP);
             let stiffness = change.stiffness.take();
             // There is room for all of them.

@@ -22,7 +22,7 @@ fn residuals(plant: &Plant, problem: &Problem<'_>) -> [f64; 3] {
 fn columns_of_static_tests_equal_differences() {
     let measurement = measurement(&[[0.0; 3]; 4], 0.0, [0.0; 3]);
     let (chain, bounds) = (chain(), bounds());
-    let sought = Sought::new(2, &Default::default()).unwrap();
+    let sought = Sought::new(2).unwrap();
     let tests = [StaticTest {
         pose: [0.4, -0.3].into_iter().collect(),
         wrench: [800.0, -500.0, 300.0, 60.0, 90.0, -40.0],

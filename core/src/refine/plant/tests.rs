@@ -8,19 +8,20 @@ use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 
 use super::super::batch::Batch;
-use super::super::further::Further as _;
 use super::super::model::Model;
 use super::super::modelled;
 use super::super::objective::{Domain as _, Objective as _};
 use super::super::record::Workspace;
 use super::super::seam::ORDERS;
+use super::super::sum_of_squares::SumOfSquares;
 use super::super::tests::{BINS, SAMPLES, bounds, bushings, chain, problem, record};
 use super::super::{Outcome, Problem, Refinement};
-use super::objective::PlantSumOfSquares;
+use super::objective::OfPlant;
 use super::*;
 use crate::imperfection::Correction;
 use crate::linear::gram::WIDEST;
 use crate::mounting::Mounting;
+use crate::parameters::MAX_PARAMETERS;
 use crate::receptance::{Complex, PerDof, Response, receptance};
 use crate::sensors::Accelerometer;
 use crate::sought::Sought;
@@ -57,14 +58,12 @@ pub(super) fn measurement(
 
 /// The model of a plant with these imperfections, each in its standard deviation.
 fn of_plant(problem: &Problem<'_>, plant: &Plant, values: &[f64]) -> Model {
-    let calibration = problem.sought.calibration(&plant.point.coordinates);
-    let mut imperfect = imperfect::Imperfect::new(problem, &calibration, Site::tcp(&POSE), 0);
-    for (&(imperfection, deviation), value) in plant.imperfections.all.iter().zip(values) {
-        imperfect.add(imperfection, value * deviation);
-    }
+    let coordinates = &plant.point.coordinates;
+    let all = plant.imperfections.all.iter().zip(values);
+    let all = all.map(|(&(imperfection, deviation), value)| (imperfection, value * deviation));
+    let imperfect = imperfect::Imperfect::new(problem, coordinates, all, Site::tcp(&POSE), 0);
     let bushings = bushings();
-    let linear = imperfect.linearise(problem, &bushings).unwrap();
-    imperfect.model(problem, &linear, &bushings).unwrap()
+    imperfect.model(&imperfect.linearise(problem, &bushings).unwrap(), &bushings).unwrap()
 }
 
 /// The response of a model to a measured force at `s`, in its force filter and its gains, and the batch of this one bin.
@@ -75,7 +74,7 @@ pub(super) fn evaluated(
     seam: &PerDof<f64>,
 ) -> (Response<f64>, Batch<f64>) {
     let inverse = model.force_filter.inverse(s);
-    let gain = model.calibration.force_gain;
+    let gain = model.force_gain;
     let force = core::array::from_fn(|axis| (raw[axis] * inverse).scale(1.0 / gain[axis]));
     let mut response = Response::new(0.0);
     response.evaluate(&model.terms, s, &force, Some(seam));
@@ -102,7 +101,7 @@ proptest! {
     ) {
         let measurement = measurement(&[[0.0; 3]; 4], 0.0, gravity);
         let (chain, bounds) = (chain(), bounds());
-        let sought = Sought::new(2, &Default::default()).unwrap();
+        let sought = Sought::new(2).unwrap();
         let problem = problem(&chain, &measurement, &bounds, &sought);
         let raw: Three = core::array::from_fn(|axis| Complex { re: raw[axis], im: raw[3 + axis] });
         let s = Complex { re: 0.0, im: omega };
@@ -135,7 +134,7 @@ proptest! {
 #[test]
 fn what_is_positive_has_an_end() {
     let (chain, bounds) = (chain(), bounds());
-    let sought = Sought::new(2, &Default::default()).unwrap();
+    let sought = Sought::new(2).unwrap();
     let measurement = measurement(&[[0.0; 3]; 4], 0.0, [0.0; 3]);
     let problem = problem(&chain, &measurement, &bounds, &sought);
     let mut plant = plant();
@@ -178,7 +177,7 @@ proptest! {
     ) {
         let measurement = measurement(&places, tool_mass, gravity);
         let (chain, bounds) = (chain(), bounds());
-        let sought = Sought::new(2, &Default::default()).unwrap();
+        let sought = Sought::new(2).unwrap();
         let problem = problem(&chain, &measurement, &bounds, &sought);
         let raw: Three = core::array::from_fn(|axis| Complex { re: raw[axis], im: raw[3 + axis] });
         let s = Complex { re: 0.0, im: omega };
@@ -191,10 +190,10 @@ proptest! {
         plant.point.coordinates = sought.coordinates(&bushings());
         let standing = inside(&plant.imperfections.all, away);
         plant.point.imperfections = standing;
-        let model = objective::prepare(&problem, &plant.point, &mut plant.imperfections, Site::tcp(&POSE), 0).unwrap();
+        let model = plant.imperfections.prepare(&problem, &plant.point, Site::tcp(&POSE), 0).unwrap();
         let (response, batch) = evaluated(&model, s, &raw, &seam);
         let mut rows = [[[0.0; MAX_IMPERFECTIONS]; 6]];
-        (&plant.imperfections).write(&mut rows, 0, &response, &model, &batch, &seam);
+        plant.imperfections.columns().write(&mut rows, (0, &sought), &response, &model, &batch, &seam);
 
         let size = |all: &Three| all.iter().map(|a| libm::hypot(a.re, a.im)).fold(0.0, f64::max);
         for index in 0..count {
@@ -249,7 +248,9 @@ fn check_gradient(
 ) -> Result<(), TestCaseError> {
     let measurement = measurement(places, tool_mass, [0.3, -0.5, -9.8]);
     let (chain, bounds) = (chain(), bounds());
-    let sought = Sought::new(2, &Default::default()).unwrap();
+    let mut sought = Sought::new(2).unwrap();
+    sought.seek("delay_s", 1e-3).unwrap();
+    sought.seek("link_mass", 0.02).unwrap();
     let problem = problem(&chain, &measurement, &bounds, &sought);
     let mut record = record(&mut Xoshiro256PlusPlus::seed_from_u64(seed));
     // Beside clear readings the prior of the seam, whose derivative is left out, counts for little.
@@ -265,24 +266,21 @@ fn check_gradient(
     let mut workspace = Workspace::new();
     let Plant { imperfections, record, summary, factor: normal, .. } = &mut *plant;
     let count = imperfections.all.len();
-    let mut objective = PlantSumOfSquares {
-        problem: &problem,
-        experiments: &experiments,
-        retired: None,
-        workspace: &mut workspace,
-        imperfections,
-        record,
-        relative_error,
-        every,
-        summary,
-    };
+    let workspace = &mut workspace;
+    let fitted = OfPlant { retired: None, workspace, imperfections, record, summary };
+    let (problem, experiments) = (&problem, &experiments);
+    let mut objective = SumOfSquares { problem, experiments, fitted, relative_error, every };
     let standing = objective.cost(&point);
     objective.linearise(&point, normal).unwrap();
     prop_assert!((normal.sum_of_squares() / standing - 1.0).abs() < 1e-9);
-    for index in 0..count {
+    let of_sought = count + sought.first_imperfection();
+    for index in (0..count).chain(of_sought..of_sought + 3) {
         let mut beside = |by: f64| {
             let mut point = point;
-            point.imperfections[index] += by;
+            match index.checked_sub(of_sought) {
+                None => point.imperfections[index] += by,
+                Some(place) => point.coordinates[MAX_PARAMETERS + place] += by,
+            }
             objective.cost(&point)
         };
         let step = 0.01;
@@ -344,7 +342,7 @@ fn the_jackknife_agrees_with_the_noise() {
     let ratio = on_large_stack(|| {
         let measurement = measurement(&[[0.0; 3]; 4], 0.0, [0.0; 3]);
         let (chain, bounds) = (chain(), bounds());
-        let sought = Sought::new(2, &Default::default()).unwrap();
+        let sought = Sought::new(2).unwrap();
         let problem = problem(&chain, &measurement, &bounds, &sought);
         let mut random = Xoshiro256PlusPlus::seed_from_u64(3);
         let experiments = [POSE, [-0.5, 0.6]].map(|pose| {
@@ -397,7 +395,7 @@ fn scatter_of_copies<const N: usize>(accuracies: Accuracies) -> [f64; 24] {
     on_large_stack(move || {
         let measurement = measurement(&[[0.0; 3]; 4], 0.0, [0.0; 3]);
         let (chain, bounds) = (chain(), bounds());
-        let sought = Sought::new(2, &Default::default()).unwrap();
+        let sought = Sought::new(2).unwrap();
         let problem = problem(&chain, &measurement, &bounds, &sought);
         let mut random = Xoshiro256PlusPlus::seed_from_u64(5);
         let record = record(&mut random);
@@ -462,7 +460,7 @@ fn a_corrected_model_is_that_of_the_plant() {
     let [of_plant, corrected, perfect] = on_large_stack(|| {
         let measurement = measurement(&[[0.0; 3]; 4], 0.0, [0.3, -0.5, -9.8]);
         let (chain, bounds) = (chain(), bounds());
-        let sought = Sought::new(2, &Default::default()).unwrap();
+        let sought = Sought::new(2).unwrap();
         let problem = problem(&chain, &measurement, &bounds, &sought);
         let mut random = Xoshiro256PlusPlus::seed_from_u64(4);
         let experiments = [0, 1].map(|_| {
@@ -479,24 +477,18 @@ fn a_corrected_model_is_that_of_the_plant() {
         let point = plant.point;
         let mut workspace = Workspace::new();
         let Plant { imperfections, record, summary, .. } = &mut *plant;
-        let mut objective = PlantSumOfSquares {
-            problem: &problem,
-            experiments: &experiments,
-            retired: None,
-            workspace: &mut workspace,
-            imperfections,
-            record,
-            relative_error: 0.0,
-            every: 1,
-            summary,
-        };
+        let workspace = &mut workspace;
+        let fitted = OfPlant { retired: None, workspace, imperfections, record, summary };
+        let (problem, experiments) = (&problem, &experiments);
+        let mut objective =
+            SumOfSquares { problem, experiments, fitted, relative_error: 0.0, every: 1 };
         let priors: f64 = point.imperfections[..count].iter().map(|value| value * value).sum();
         let of_plant = objective.cost(&point) - priors;
         refinement.set_correction(&plant.correction());
         refinement.restart_at(&plant.coordinates());
-        let corrected = refinement.fit(&problem, &experiments).objective;
+        let corrected = refinement.fit(problem, experiments).objective;
         refinement.set_correction(&Correction::NONE);
-        [of_plant, corrected, refinement.fit(&problem, &experiments).objective]
+        [of_plant, corrected, refinement.fit(problem, experiments).objective]
     });
     assert!((corrected / of_plant - 1.0).abs() < 1e-9, "{corrected} of {of_plant}");
     assert!((perfect / of_plant - 1.0).abs() > 1e-3, "{perfect} of {of_plant}");

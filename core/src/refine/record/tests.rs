@@ -6,6 +6,7 @@ use super::super::tests::{
     BINS, SAMPLES, bounds, bushings, chain_of, measurement, problem, record,
 };
 use super::*;
+use crate::spectrum::Experiment;
 use crate::stream::Record;
 
 /// Largest value of an unknown of the seam that noise may cause, in standard deviations of its prior.
@@ -36,7 +37,7 @@ fn no_unknown_of_the_seam_is_much_larger_than_the_reading() {
         };
         let experiment =
             Experiment::<BINS>::new(&chain, &measurement, &record, &mut [0.0; SAMPLES]).unwrap();
-        let model = workspace.model(&problem, &coordinates, experiment.site(), 0).unwrap();
+        let model = modelled::perfect(&problem, &coordinates, experiment.site()).unwrap();
         let only = experiment.parts().next().unwrap();
         let (seam, _) = workspace.fit_seam(&problem, &model, Bins::of(&experiment, &only));
         workspace.run(&problem, &model, Bins::of(&experiment, &only), Equations::Seam);

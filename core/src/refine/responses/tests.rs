@@ -8,7 +8,6 @@ use rand_xoshiro::rand_core::SeedableRng as _;
 
 use super::products::Column;
 use super::*;
-use crate::calibration::Nuisances;
 use crate::linear::normal::Normal;
 use crate::linear::packed::packed;
 use crate::refine::batch::Bins;
@@ -137,7 +136,7 @@ proptest! {
         let measurement = Measurement { gravity: [0.0, 0.0, gravity], ..measurement() };
         let record = record(&mut random);
         let experiment = Experiment::<BINS>::new(&chain, &measurement, &record, &mut [0.0; SAMPLES]).unwrap();
-        let mut sought = Sought::new(2, &Nuisances::default()).unwrap();
+        let mut sought = Sought::new(2).unwrap();
         let stiffness = |dof| Coordinate::Stiffness { joint: 0, dof };
         sought.tie(stiffness(1), stiffness(0)).unwrap();
         sought.fix(Coordinate::Damping { joint: 1, dof: 2 }, 8e3).unwrap();
@@ -153,12 +152,12 @@ proptest! {
         seam.jumps[0][2] = uniform();
         let equations = [Equations::Seam, Equations::All(&seam), Equations::Planned(&seam)][kind];
         let [mut rows, mut responses] = [(); 2].map(|()| std::boxed::Box::new(RecordNormal::new()));
-        let assembly = |normal| Assembly::<_, COLUMNS, _> {
+        let assembly = |normal| Assembly::<COLUMNS, _> {
             model: &model,
             record: Bins::thinned(&experiment, &only, every),
             equations,
             sought: &sought,
-            further: (),
+            columns: crate::refine::plant::columns::Columns::NONE,
             normal,
             level: problem.level,
         };

@@ -1,4 +1,4 @@
-//! Quiet blocks of a record: judged from the force, against the loudest and the quietest block.
+//! Quiet blocks of a record: judged from the force, against the loudest and the quietest block, and free of shocks in the acceleration.
 
 use core::ops::Range;
 
@@ -74,7 +74,10 @@ impl Blocks {
                 && (quietest <= CONTRAST * loudest
                     || quietest <= CONTRAST_OF_NOISE * loudest && !repeats())
         };
-        let quiet: Vec<bool, MAX_BLOCKS> = (0..blocks).map(is_quiet).collect();
+        let mut quiet: Vec<bool, MAX_BLOCKS> = (0..blocks).map(is_quiet).collect();
+        for signal in acceleration {
+            leave_out_shocks(signal, &mut quiet);
+        }
         let white = |block: &usize| sum(*block, super::sixth_difference);
         let whitest = (0..blocks).min_by(|a, b| white(a).total_cmp(&white(b))).unwrap_or_default();
         Self { quiet, whitest }
@@ -120,6 +123,18 @@ impl Blocks {
             let samples = start * BLOCK..end * BLOCK;
             QuietRun { samples, precedes_cut: end < self.quiet.len() }
         })
+    }
+}
+
+/// Leaves out the quiet blocks in which this axis of the acceleration has more white noise than in the others: a drive starts or stops there.
+fn leave_out_shocks(signal: &[f32], quiet: &mut [bool]) {
+    let white = |block| super::sixth_difference(part(signal, block));
+    let own = quiet.iter().enumerate().filter(|(_, quiet)| **quiet).map(|(block, _)| white(block));
+    let mut sorted: Vec<f32, MAX_BLOCKS> = own.collect();
+    sorted.sort_unstable_by(f32::total_cmp);
+    let Some(median) = sorted.get(sorted.len() / 2).filter(|median| **median > 0.0) else { return };
+    for (block, quiet) in quiet.iter_mut().enumerate() {
+        *quiet &= white(block) <= QUIET * median;
     }
 }
 

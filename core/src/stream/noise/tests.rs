@@ -84,6 +84,15 @@ fn a_ringing_start_is_no_rest() {
     assert!((deviation(&noise.acceleration[1]) / 0.0155 - 1.0).abs() < 0.06);
 }
 
+/// A drive starts in the quiet part: the acceleration rises by 4 m/s² for 8 ms.
+#[test]
+fn a_start_of_the_drives_is_no_noise() {
+    let (force, mut acceleration) = record(2000, 2000..8192);
+    acceleration[1][1500..1516].iter_mut().for_each(|value| *value += 4.0);
+    let noise = of(&(force, acceleration));
+    assert!((deviation(&noise.acceleration[1]) / 0.0155 - 1.0).abs() < 0.06);
+}
+
 #[test]
 fn a_record_cut_out_of_the_milling_has_no_quiet_stretch() {
     let noise = of(&record(0, 0..8192));

@@ -21,7 +21,7 @@ use crate::unchecked;
 /// Content of a record.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Examined {
-    /// Number among all records, from 1.
+    /// Number among all receptances and records, from 1.
     pub number: u64,
     /// Time of the first sample on the clock of the recording, s.
     pub start_s: f64,
@@ -91,7 +91,7 @@ impl<'a> Examiner<'a> {
 
     /// Examines the next record.
     pub(super) fn examine<'r>(&mut self, record: &'r Record) -> Candidate<'r> {
-        let number = 1 + self.records.len() as u64;
+        let number = (1 + self.config.receptances.len() + self.records.len()) as u64;
         let fingerprint = Fingerprint::of(record);
         let repeats = self.taken.original(&fingerprint);
         let Self { config, chain, stiffest, buffer, .. } = self;

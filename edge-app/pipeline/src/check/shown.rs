@@ -69,7 +69,7 @@ impl<'a> Shown<'a> {
     /// Information about the unknowns. `None` where the static tests have no equilibrium.
     pub(super) fn information(&self) -> Option<Information> {
         let mut information = self.known.as_ref()?.of_unknowns();
-        information.add(&Information::of_nuisances(&self.config.sought));
+        information.add(&Information::of_priors(&self.config.sought));
         Some(information)
     }
 

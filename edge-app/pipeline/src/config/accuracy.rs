@@ -1,27 +1,16 @@
 //! Section `[accuracy]`: how far what the configuration states may be off.
 
 use flexid_core::imperfection::{Accuracies, ENTRIES, Form};
+use flexid_core::sought::Sought;
 use flexid_core::stream::STATIC;
 
-use super::sections::CalibrationSection;
+use super::sought::{CALIBRATED, Calibrated};
 use super::stated::{AccuracySection, Assumed};
 use crate::model::MassAccuracy;
 
 /// How many times its typical value an accuracy may be without a warning. Chosen: errors of up to thirty times their typical accuracy
 /// are the largest with which the intervals are proved (tests/README.md). A standard deviation of twenty times makes larger ones likely.
 const LOOSE: f64 = 20.0;
-
-/// A key of `[accuracy]`, that of `[calibration]`, and what the latter states.
-type AlsoSought = (&'static str, &'static str, fn(&CalibrationSection) -> Option<f64>);
-
-/// Accuracies that a key of `[calibration]` states as well: what that seeks has a prior there, and none here.
-const ALSO_SOUGHT: [AlsoSought; 5] = [
-    ("delay_s", "delay_s", |section| section.delay_s),
-    ("force_gain", "force_gain", |section| section.force_gain),
-    ("acceleration_gain", "acceleration_gain", |section| section.acceleration_gain),
-    ("accelerometer_angle_rad", "misalignment_rad", |section| section.misalignment_rad),
-    ("link_mass", "link_mass", |section| section.link_mass),
-];
 
 /// Returns the keys of `[accuracy]` that are so loose that hardly anything is left of what the configuration states, and by how many
 /// times they are larger than typical.
@@ -36,11 +25,11 @@ pub fn loose(accuracies: &Accuracies) -> impl Iterator<Item = (&'static str, f64
 }
 
 /// Returns the accuracies, those that the section does not state as assumed, or as the model states them for its `masses`. What
-/// `calibration` seeks has a prior there, and none here. `band_hz` is the band that is fitted, and `angle_step` the largest step of a
+/// is `sought` has a prior there, and none here. `band_hz` is the band that is fitted, and `angle_step` the largest step of a
 /// joint's signal, rad (m).
 pub(super) fn accuracies(
     section: &AccuracySection,
-    calibration: &CalibrationSection,
+    sought: &Sought,
     masses: Option<&MassAccuracy>,
     band_hz: [f64; 2],
     angle_step: f64,
@@ -49,11 +38,11 @@ pub(super) fn accuracies(
     let filters = [Form::Resonance, Form::Corner];
     for entry in ENTRIES.iter().filter(|entry| !filters.contains(&entry.form)) {
         let (key, most, unit) = (entry.key, entry.most, entry.unit);
-        let sought = ALSO_SOUGHT.iter().find(|(also, ..)| *also == key);
-        let sought = sought.filter(|(.., sought)| sought(calibration).is_some());
+        let is_sought = sought.imperfections().iter().any(|(own, _)| own.entry().key == key);
+        let also = CALIBRATED.iter().find(|own| is_sought && own.accuracy == key);
         let target = (entry.own)(&mut accuracies);
-        match (section.stated.get(key), sought) {
-            (Some(_), Some((_, other, _))) => {
+        match (section.stated.get(key), also) {
+            (Some(_), Some(Calibrated { key: other, .. })) => {
                 return Err(format!(
                     "[accuracy] {key} and [calibration] {other} state the same: leave one out"
                 ));
@@ -116,25 +105,25 @@ mod tests {
     #[test]
     fn a_model_states_how_far_its_masses_may_be_off() {
         let masses = MassAccuracy { link_mass: 0.3, link_inertia: 0.4, centre_of_mass_m: 0.06 };
-        let of = |section: &AccuracySection, calibration: &CalibrationSection| {
-            let all = accuracies(section, calibration, Some(&masses), [2.0, 200.0], 0.0).unwrap();
+        let of = |section: &AccuracySection, sought: &Sought| {
+            let all = accuracies(section, sought, Some(&masses), [2.0, 200.0], 0.0).unwrap();
             [all.mass, all.inertia, all.centre_of_mass, all.tool_centre_point]
         };
-        let (mut section, mut calibration) = Default::default();
+        let (mut section, mut sought) = (AccuracySection::default(), Sought::new(3).unwrap());
         let tool = Accuracies::typical().tool_centre_point;
-        assert_eq!(of(&section, &calibration), [0.3, 0.4, 0.06, tool]);
+        assert_eq!(of(&section, &sought), [0.3, 0.4, 0.06, tool]);
         section.stated.insert("link_inertia", 0.1);
-        calibration.link_mass = Some(0.2);
-        assert_eq!(of(&section, &calibration), [0.0, 0.1, 0.06, tool]);
+        sought.seek("link_mass", 0.2).unwrap();
+        assert_eq!(of(&section, &sought), [0.0, 0.1, 0.06, tool]);
         section.assume = Assumed::Perfect;
-        assert_eq!(of(&section, &calibration), [0.0, 0.1, 0.06, 0.0]);
+        assert_eq!(of(&section, &sought), [0.0, 0.1, 0.06, 0.0]);
     }
 
     #[test]
     fn each_accuracy_has_a_key() {
         assert_eq!(ENTRIES.len(), size_of::<Accuracies>() / size_of::<f64>());
         let has_key = |own: &&str| ENTRIES.iter().any(|entry| entry.key == *own);
-        assert!(ALSO_SOUGHT.iter().map(|(key, ..)| key).all(has_key));
+        assert!(CALIBRATED.iter().map(|own| &own.accuracy).all(has_key));
         let mut accuracies = Accuracies::default();
         for entry in ENTRIES {
             assert_eq!(entry.of(&accuracies), 0.0, "{} is that of another", entry.key);
@@ -145,7 +134,7 @@ mod tests {
     #[test]
     fn a_pose_is_as_uncertain_as_the_steps_of_its_angles() {
         let joint_angle = |section: &AccuracySection, step| {
-            accuracies(section, &CalibrationSection::default(), None, [2.0, 200.0], step)
+            accuracies(section, &Sought::new(3).unwrap(), None, [2.0, 200.0], step)
                 .unwrap()
                 .joint_angle
         };

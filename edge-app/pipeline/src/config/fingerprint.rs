@@ -22,7 +22,7 @@ const FITTED: [&str; 5] = [
     "[measurement] band_hz",
     "[bounds]",
     "[calibration], [parameters] or [accuracy]",
-    "[static]",
+    "[static] or [receptance]",
     "[search]",
 ];
 
@@ -79,7 +79,10 @@ impl Fingerprint {
                 checksum(&config.band_hz),
                 checksum(&config.bounds),
                 checksum(&(&config.sought, &config.accuracies)),
-                checksum(&config.statics.tests),
+                match config.receptances.as_slice() {
+                    [] => checksum(&config.statics.tests),
+                    receptances => checksum(&(&config.statics.tests, receptances)),
+                },
                 checksum(&config.seed),
             ],
         }

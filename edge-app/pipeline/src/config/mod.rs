@@ -6,6 +6,7 @@ mod fingerprint;
 mod listen;
 mod mounting;
 mod parameter;
+mod receptance;
 mod recording;
 mod sections;
 mod sought;
@@ -14,7 +15,7 @@ mod stated;
 use std::path::{Path, PathBuf};
 
 use flexid_core::MAX_JOINTS;
-use flexid_core::imperfection::Accuracies;
+use flexid_core::imperfection::{Accuracies, Imperfection};
 use flexid_core::mounting::Mounting;
 use flexid_core::parameters::Bounds;
 use flexid_core::sought::{Coordinate, Sought};
@@ -26,6 +27,7 @@ use crate::clocks::{self, FoundClocks};
 use crate::input::{self, BadInput};
 use crate::model::{Kind, Model};
 use crate::poses::Poses;
+use crate::receptance::{self as receptances, Receptance};
 use crate::signals::{Clocks, FINEST, SignalTable};
 use crate::source::{Layout, Shown, Topics};
 use crate::statics::{self, StaticTests};
@@ -46,7 +48,7 @@ use stated::Assumed;
 pub struct Config {
     /// File from which the config was read.
     pub file: PathBuf,
-    /// Files that it names and that were read with it: model, DBC file, poses, static tests.
+    /// Files that it names and that were read with it: model, DBC file, poses, static tests, modal tests.
     pub named_files: Vec<PathBuf>,
     /// Model of the robot.
     pub model: Model,
@@ -54,7 +56,7 @@ pub struct Config {
     pub gravity: [f64; 3],
     /// Bounds of the parameters.
     pub bounds: Bounds,
-    /// Quantities that are sought: parameters that are not fixed, and nuisances.
+    /// Quantities that are sought: parameters that are not fixed, and imperfections.
     pub sought: Sought,
     /// Standard deviations of what may be off.
     pub accuracies: Accuracies,
@@ -88,6 +90,8 @@ pub struct Config {
     pub states_record_samples: bool,
     /// Static tests that the fit uses beside the records. Empty without static tests.
     pub statics: StaticTests,
+    /// Measured receptances that the fit uses beside the records. Empty without modal tests.
+    pub receptances: Vec<Receptance>,
     /// Addresses on which clients are served.
     pub listen: Vec<Listen>,
     /// Access to the Unix sockets among these addresses.
@@ -132,8 +136,8 @@ impl Config {
         Self::read(file, &input::read_regular(file)?, Use::Recordings)
     }
 
-    /// [`Config::load_recorded`], to fit the static tests that the file names. If it names some, it may leave out `[bus]`, `[signals]`
-    /// and `[measurement]`: then the config has no signals, and no record can be taken with it.
+    /// [`Config::load_recorded`], to fit the static or modal tests that the file names. If it names some, it may leave out `[bus]`, `[signals]`
+    /// and, with static tests alone, `[measurement]`: then the config has no signals, and no record can be taken with it.
     ///
     /// # Errors
     /// The errors are those of [`Config::load`].
@@ -141,7 +145,7 @@ impl Config {
         Self::read(file, &input::read_regular(file)?, Use::Statics)
     }
 
-    /// The file itself, and those that it names and that were read with it: model, DBC file, poses, static tests.
+    /// The file itself, and those that it names and that were read with it: model, DBC file, poses, static tests, modal tests.
     pub fn files(&self) -> impl Iterator<Item = &Path> {
         std::iter::once(&self.file).chain(&self.named_files).map(PathBuf::as_path)
     }
@@ -172,11 +176,13 @@ impl Config {
         let dbc_file = raw.bus.as_ref().map(|bus| base.join(&bus.dbc));
         let poses_file = raw.recording.poses.as_ref().map(|poses| base.join(poses));
         let statics_file = raw.statics.as_ref().map(|section| base.join(&section.file));
+        let list = raw.receptance.as_ref().map(|section| base.join(&section.file));
         let named_files = [
             ("[model] file", Some(model_file.clone())),
             ("[bus] dbc", dbc_file),
             ("[recording] poses", poses_file),
             ("[static] file", statics_file),
+            ("[receptance] file", list.clone()),
         ];
         let named_files = named_files.into_iter().filter_map(|(key, named)| Some((key, named?)));
         let is_missing = |named: &PathBuf| matches!(named.try_exists(), Ok(false));
@@ -193,9 +199,13 @@ impl Config {
             topics: raw.topics,
             measurement: raw.measurement,
             poses: raw.recording.poses,
+            has_receptances: raw.receptance.is_some(),
         };
         let recording = match Recording::new(file, sections, &model, &model_file, purpose)? {
             Some(recording) => recording,
+            None if raw.receptance.is_some() && purpose != Use::Bus => {
+                return Err(bad("[measurement] band_hz is missing: state the band of the modal tests that is fitted, in Hz".into()));
+            }
             None if purpose == Use::Statics && raw.statics.is_some() => Recording::none(),
             None => return Err(bad(recording::missing([false; 3], purpose))),
         };
@@ -206,7 +216,7 @@ impl Config {
         let angle_step = angle_steps.fold(0.0, f64::max);
         let accuracies = accuracy::accuracies(
             &raw.accuracy,
-            &raw.calibration,
+            &sought,
             model.accuracy.as_ref(),
             recording.band_hz,
             angle_step,
@@ -230,9 +240,23 @@ impl Config {
             None => StaticTests::default(),
         };
 
+        let receptances = match (&raw.receptance, &list) {
+            (Some(section), Some(list)) => {
+                let settings = receptance::settings(section).map_err(bad)?;
+                receptances::load(list, &model, &settings, recording.band_hz)?
+            }
+            _ => Vec::new(),
+        };
+        let mut named_files: Vec<PathBuf> = named_files.map(|(_, named)| named).collect();
+        for own in &receptances {
+            if !named_files.contains(&own.file) {
+                named_files.push(own.file.clone());
+            }
+        }
+
         Ok(Self {
             file: file.to_path_buf(),
-            named_files: named_files.map(|(_, named)| named).collect(),
+            named_files,
             model,
             gravity,
             bounds,
@@ -253,6 +277,7 @@ impl Config {
             record_samples: recording.record_samples,
             states_record_samples: recording.states_record_samples,
             statics,
+            receptances,
             listen,
             socket_access,
             state: raw.state.map(|state| base.join(state.file)),
@@ -317,7 +342,7 @@ impl Config {
             record_samples: self.record_samples,
             steps: [self.signals.force_resolution, self.signals.acceleration_resolution],
             axes: [self.mounting.force_axes, self.mounting.accelerometer_axes],
-            seeks_delay: self.sought.unknown(Coordinate::Delay).is_some(),
+            seeks_delay: self.seeks_delay(),
         })
     }
 
@@ -325,8 +350,12 @@ impl Config {
     pub fn with_clocks(&self, found: &FoundClocks) -> Self {
         let typical =
             if self.assumes_perfect { Accuracies::default() } else { Accuracies::typical() };
-        let seeks_delay = self.sought.unknown(Coordinate::Delay).is_some();
-        Self { accuracies: found.widen(&self.accuracies, &typical, seeks_delay), ..self.clone() }
+        let accuracies = found.widen(&self.accuracies, &typical, self.seeks_delay());
+        Self { accuracies, ..self.clone() }
+    }
+
+    fn seeks_delay(&self) -> bool {
+        self.sought.unknown(Coordinate::Imperfection(Imperfection::Delay)).is_some()
     }
 
     /// Returns band, gravity, accelerometer and mounting, from which core makes experiments of records.

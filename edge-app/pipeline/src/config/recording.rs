@@ -32,6 +32,8 @@ pub(super) struct Sections {
     pub(super) measurement: Option<MeasurementSection>,
     /// File of the poses of tables.
     pub(super) poses: Option<PathBuf>,
+    /// Whether there are modal tests, which need no signals.
+    pub(super) has_receptances: bool,
 }
 
 /// Where the records of a config come from.
@@ -70,13 +72,20 @@ impl Recording {
         purpose: Use,
     ) -> Result<Option<Self>, BadInput> {
         let bad = |message: String| BadInput::new(file, message);
-        let Sections { bus, signals, topics, measurement, poses } = sections;
+        let Sections { bus, signals, topics, measurement, poses, has_receptances } = sections;
         let signals = signals.or_else(|| topics.as_ref().map(|_| SignalsSection::default()));
         let (signals, measurement) = match (signals, measurement) {
             (Some(signals), Some(measurement)) if bus.is_some() || purpose != Use::Bus => {
                 (signals, measurement)
             }
             (None, None) if bus.is_none() => return Ok(None),
+            (None, Some(measurement))
+                if has_receptances && bus.is_none() && purpose != Use::Bus =>
+            {
+                let MeasurementSection { band_hz, accelerometer, .. } = measurement;
+                check_band(band_hz).map_err(bad)?;
+                return Ok(Some(Self { band_hz, accelerometer, ..Self::none() }));
+            }
             (signals, measurement) => {
                 let is_there = [bus.is_some(), signals.is_some(), measurement.is_some()];
                 return Err(bad(missing(is_there, purpose)));
@@ -137,7 +146,7 @@ impl Recording {
         }))
     }
 
-    /// The values of a file of static tests alone: no record comes, and no number here has an effect.
+    /// The values of a file of static or modal tests alone: no record comes, and no number here has an effect but the band of the latter.
     pub(super) fn none() -> Self {
         Self {
             interface: String::new(),

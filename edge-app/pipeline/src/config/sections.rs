@@ -28,6 +28,7 @@ pub(super) struct File {
     pub(super) mounting: MountingSection,
     #[serde(rename = "static")]
     pub(super) statics: Option<StaticSection>,
+    pub(super) receptance: Option<ReceptanceSection>,
     #[serde(default)]
     pub(super) accuracy: AccuracySection,
     #[serde(default)]
@@ -222,7 +223,7 @@ pub(super) struct MountingSection {
     pub(super) tool_centre_m: Option<[f64; 3]>,
 }
 
-/// Nuisances that are sought, each with the standard deviation of its prior.
+/// Imperfections that are sought with the parameters, each with the standard deviation of its prior.
 #[derive(Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct CalibrationSection {
@@ -251,6 +252,28 @@ pub(super) struct ParametersSection {
 #[serde(deny_unknown_fields)]
 pub(super) struct StaticSection {
     pub(super) file: PathBuf,
+}
+
+/// Frequency responses of modal tests.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct ReceptanceSection {
+    /// List of the files with their poses.
+    pub(super) file: PathBuf,
+    pub(super) averages: Option<f64>,
+    #[serde(default)]
+    pub(super) relative_floor: f64,
+    #[serde(default)]
+    pub(super) absolute_floor_per_kg: f64,
+    #[serde(default)]
+    pub(super) decay_per_s: f64,
+    pub(super) unit: Option<String>,
+    /// Axis of the TCP along which each axis of the test lies.
+    pub(super) axes: Option<[String; 3]>,
+    pub(super) response_node: Option<i64>,
+    /// Places of nodes that are struck, by their numbers.
+    #[serde(default)]
+    pub(super) points_m: BTreeMap<String, [f64; 3]>,
 }
 
 #[derive(Default, Deserialize)]

@@ -1,6 +1,5 @@
 //! Sections `[calibration]` and `[parameters]`: what is sought.
 
-use flexid_core::calibration::Nuisances;
 use flexid_core::sought::{Coordinate, Sought};
 
 use super::bounds::CONCEIVABLE;
@@ -8,14 +7,46 @@ use super::parameter::parameter;
 use super::sections::{CalibrationSection, ParametersSection};
 use crate::model::Model;
 
-/// Makes `Sought` of the nuisances and of the parameters that are fixed or tied to others.
+/// A key of `[calibration]`.
+pub(super) struct Calibrated {
+    pub(super) key: &'static str,
+    /// The key of `[accuracy]` that speaks of the same imperfections.
+    pub(super) accuracy: &'static str,
+    stated: fn(&CalibrationSection) -> Option<f64>,
+    /// Largest standard deviation of a prior. The fit is linear about the nominal value; beyond this the model must be corrected.
+    most: f64,
+    unit: &'static str,
+}
+
+const PART: &str = "0.1 is 10 %";
+
+/// All keys of `[calibration]`, in the order of their unknowns.
+#[rustfmt::skip]
+pub(super) const CALIBRATED: [Calibrated; 5] = [
+    Calibrated { key: "delay_s", accuracy: "delay_s", stated: |own| own.delay_s, most: 0.1, unit: "in s" },
+    Calibrated { key: "acceleration_gain", accuracy: "acceleration_gain", stated: |own| own.acceleration_gain, most: 1.0, unit: PART },
+    Calibrated { key: "force_gain", accuracy: "force_gain", stated: |own| own.force_gain, most: 1.0, unit: PART },
+    Calibrated { key: "misalignment_rad", accuracy: "accelerometer_angle_rad", stated: |own| own.misalignment_rad, most: 0.5, unit: "in rad" },
+    Calibrated { key: "link_mass", accuracy: "link_mass", stated: |own| own.link_mass, most: 1.0, unit: PART },
+];
+
+/// Makes `Sought` of the parameters, of which some are fixed or tied to others, and of the imperfections that `calibration` names.
 pub(super) fn sought(
     calibration: &CalibrationSection,
     parameters: &ParametersSection,
     model: &Model,
 ) -> Result<Sought, String> {
-    let mut sought = Sought::new(model.joints.len(), &nuisances(calibration)?)
-        .map_err(|error| format!("[model]: {error}"))?;
+    let mut sought =
+        Sought::new(model.joints.len()).map_err(|error| format!("[model]: {error}"))?;
+    for Calibrated { key, accuracy, stated, most, unit } in CALIBRATED {
+        let Some(width) = stated(calibration) else { continue };
+        if !(width > 0.0 && width <= most) {
+            return Err(format!(
+                "[calibration] {key} is {width}: must be above 0 and at most {most} ({unit})"
+            ));
+        }
+        sought.seek(accuracy, width).map_err(|error| format!("[calibration] {key}: {error}"))?;
+    }
     let mut taken = Vec::new();
     let mut once = |place: &str, name: &str, coordinate: Coordinate| {
         if taken.contains(&coordinate) {
@@ -72,26 +103,8 @@ pub(super) fn sought(
     Ok(sought)
 }
 
-fn nuisances(section: &CalibrationSection) -> Result<Nuisances, String> {
-    // The fit is linear about the nominal value. Beyond these widths the model must be corrected.
-    let width = |key: &str, width: Option<f64>, most: f64, unit: &str| match width {
-        Some(width) if !(width > 0.0 && width <= most) => Err(format!(
-            "[calibration] {key} is {width}: must be above 0 and at most {most} ({unit})"
-        )),
-        _ => Ok(width),
-    };
-    let part = "0.1 is 10 %";
-    Ok(Nuisances {
-        delay: width("delay_s", section.delay_s, 0.1, "in s")?,
-        acceleration_gain: width("acceleration_gain", section.acceleration_gain, 1.0, part)?,
-        force_gain: width("force_gain", section.force_gain, 1.0, part)?,
-        misalignment: width("misalignment_rad", section.misalignment_rad, 0.5, "in rad")?,
-        mass: width("link_mass", section.link_mass, 1.0, part)?,
-    })
-}
-
 /// Returns whether a parameter is a damping, and whether it belongs to a rotation. Its unit and its bounds depend on both.
-/// Returns `None` for a nuisance.
+/// Returns `None` for an imperfection.
 fn kind(parameter: Coordinate) -> Option<[bool; 2]> {
     match parameter {
         Coordinate::Stiffness { dof, .. } => Some([false, dof >= 3]),

@@ -31,18 +31,14 @@ pub(super) fn of_parameters(sought: &Sought, directions: &[Direction]) -> usize 
 }
 
 fn names_a_nuisance(direction: &Direction, sought: &Sought) -> bool {
-    let parameter = |unknown: u8| {
-        matches!(
-            sought.coordinate(unknown.into()),
-            Some(Coordinate::Stiffness { .. } | Coordinate::Damping { .. })
-        )
+    let is_nuisance = |unknown: u8| {
+        matches!(sought.coordinate(unknown.into()), None | Some(Coordinate::Imperfection(_)))
     };
-    named(direction.shares.iter().copied()).any(|unknown| !parameter(unknown))
+    named(direction.shares.iter().copied()).any(is_nuisance)
 }
 
 #[cfg(test)]
 mod tests {
-    use flexid_core::calibration::Nuisances;
     use flexid_wire::text::clipped;
 
     use super::*;
@@ -50,12 +46,9 @@ mod tests {
     /// The data never separate a gain of the force from one of the acceleration. The prior alone keeps them, to 5 % each.
     #[test]
     fn of_nuisances_no_percentage_is_reported() {
-        let nuisances = Nuisances {
-            acceleration_gain: Some(0.05),
-            force_gain: Some(0.05),
-            ..Nuisances::default()
-        };
-        let sought = Sought::new(1, &nuisances).unwrap();
+        let mut sought = Sought::new(1).unwrap();
+        sought.seek("acceleration_gain", 0.05).unwrap();
+        sought.seek("force_gain", 0.05).unwrap();
         let names: Vec<Label> =
             (0..sought.unknowns()).map(|number| clipped(format_args!("u{number}"))).collect();
         let direction = |deviation, shares: &[(u8, f32)]| Direction {

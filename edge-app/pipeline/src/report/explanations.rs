@@ -3,15 +3,16 @@
 use std::f64::consts::TAU;
 
 use flexid_core::identify::PlantEstimate;
-use flexid_core::imperfection::Form;
-use flexid_core::refine::{self, FoundImperfection};
+use flexid_core::imperfection::{Form, FoundImperfection};
+use flexid_core::refine;
 use flexid_wire::explanation::{Deviation, Explanation};
 use flexid_wire::text::clipped;
 use flexid_wire::warning::Warning;
 
-use super::kind::{entry, is_listed, name, unit};
+use super::kind::{entry, is_listed, unit};
 use super::residuals::Residuals;
 use crate::model::Model;
+use crate::names::of_imperfection;
 
 /// Distance of an explanation from where the fit has ended, in what the fit has found or in the accuracy. Chosen: an error of thirty accuracies is
 /// fitted to more than a third; an explanation beyond is a linearisation far outside of where it holds.
@@ -76,7 +77,7 @@ fn explanation(found: &refine::Explanation, model: &Model, residuals: Residuals)
 fn deviation(found: &FoundImperfection, model: &Model, residuals: Residuals) -> Deviation {
     let FoundImperfection { imperfection, prior, value, deviation } = *found;
     let prior = prior / imperfection.prior_over_accuracy();
-    let name = name(imperfection, model);
+    let name = of_imperfection(model, imperfection);
     let filter = |kind| clipped(name.replace("1/omega^2", kind));
     let (name, value, slope, accuracy, unit) = match imperfection.entry().form {
         // f = 1/(2π √v), and df/dv = −f/(2v).

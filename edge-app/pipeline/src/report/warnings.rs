@@ -180,13 +180,11 @@ fn of_the_records(config: &Config, basis: &Basis) -> Vec<Warning> {
 
 #[cfg(test)]
 mod tests {
-    use std::path::Path;
-
-    use flexid_core::calibration::Nuisances;
     use flexid_core::identify::Effort;
     use flexid_core::parameters::{Bushing, Ranges};
     use flexid_wire::text::clipped;
     use flexid_wire::trouble::Trouble;
+    use std::path::Path;
 
     use super::*;
 
@@ -251,7 +249,7 @@ mod tests {
             damping: damping.map(|[lower, upper]| (lower * upper).sqrt()),
         };
         let mut bushings = Bushings::from_iter([middle; 3]);
-        let mut sought = Sought::new(3, &Nuisances::default()).unwrap();
+        let mut sought = Sought::new(3).unwrap();
         assert_eq!(on_bounds(&config, &sought, &bushings), [None, None]);
         bushings[1].damping[5] = damping[5][0];
         bushings[0].stiffness[0] = stiffness[0][1] * (1.0 - 1e-14);

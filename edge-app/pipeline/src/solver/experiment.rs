@@ -5,6 +5,7 @@ use flexid_core::parameters::Bushings;
 use flexid_wire::unused::RecordFault;
 
 use crate::config::Config;
+use crate::receptance::Receptance;
 use crate::record::{Experiment, Record, SAMPLES};
 use crate::report::{without_equilibrium, without_spectrum};
 
@@ -36,4 +37,21 @@ pub(crate) fn experiment(
         return Err(without_equilibrium(error, &config.model, &record.pose));
     }
     Experiment::new(chain, &config.measurement(), record, buffer).map_err(without_spectrum)
+}
+
+/// Makes the experiment of a measured receptance, like [`experiment`].
+///
+/// # Errors
+/// The robot has no equilibrium at its pose, or the band holds too few or too many bins.
+pub(crate) fn of_receptance(
+    config: &Config,
+    chain: &Chain,
+    stiffest: &Bushings,
+    receptance: &Receptance,
+) -> Result<Experiment, RecordFault> {
+    if let Err(error) = chain.linearise(&receptance.pose, config.gravity.into(), stiffest) {
+        return Err(without_equilibrium(error, &config.model, &receptance.pose));
+    }
+    Experiment::of_receptance(chain, &config.measurement(), &receptance.measured())
+        .map_err(without_spectrum)
 }

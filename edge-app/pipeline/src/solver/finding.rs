@@ -20,7 +20,7 @@ impl Solver {
         let Self { config, sought, .. } = self;
         let counts = self.state.earlier.added_to(*counts);
         let mut estimate = self.estimate()?.clone();
-        let doubtful_rate = self.sources.iter().any(|record| record.has_doubtful_rate);
+        let doubtful_rate = self.sources.iter().flatten().any(|record| record.has_doubtful_rate);
         if doubtful_rate {
             // A wrong rate makes every parameter wrong by a factor, which the residuals do not show.
             estimate.acceptance = Acceptance::Unsettled;
@@ -30,7 +30,8 @@ impl Solver {
             estimate.acceptance = Acceptance::Unsettled;
         }
         let records = self.poses.len() as u64 + estimate.retired;
-        let left_out = self.settled.saturating_sub(records);
+        let of_records = records - self.receptances().min(records);
+        let left_out = self.settled.saturating_sub(of_records);
         let basis = Basis {
             effort: self.identifier.progress().effort,
             records,
@@ -70,9 +71,12 @@ impl Solver {
         report: &Report,
         confidence: &Confidence,
     ) -> Option<Answer> {
-        let newest = self.state.settled.as_ref().and_then(|settled| settled.numbers.last());
-        let (pose, record) = match (self.poses.last(), newest) {
-            (Some(pose), Some(number)) => (pose.as_slice(), Some(*number)),
+        let (pose, record) = match (self.poses.last(), self.state.settled.as_ref()) {
+            (Some(pose), Some(settled)) => {
+                let receptances = self.receptances();
+                let newest = settled.numbers.last().copied().or(Some(receptances));
+                (pose.as_slice(), newest.filter(|number| *number > 0))
+            }
             _ => (self.config.statics.tests.last()?.pose.as_slice(), None),
         };
         report::answer(self.robot()?, estimate, report, confidence, Place { pose, record })
@@ -92,6 +96,11 @@ impl Solver {
     /// Returns where the refinements stood in the course of the work: every step, or one of two, four, ... steps of long work.
     pub fn course(&self) -> &[CoursePoint] {
         self.course.points()
+    }
+
+    /// Number of measured receptances in the fit.
+    fn receptances(&self) -> u64 {
+        self.sources.iter().filter(|source| source.is_none()).count() as u64
     }
 
     pub(super) fn estimate(&self) -> Option<&Estimate> {

@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use flexid_core::refine::BinLeft;
-use flexid_core::spectrum::Spectrum;
+use flexid_core::spectrum::{Kind, Spectrum};
 
 use super::Solver;
 use crate::check::Excitation;
@@ -12,8 +12,10 @@ use crate::record::{BINS, Experiment, Record};
 /// A record that an estimate rests on. That of a robot that feeds is its middle part.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FittedRecord {
-    /// Number among all records that came, from 1.
+    /// Number among all receptances and records that came, from 1.
     pub number: u64,
+    /// Decay of the exponential window of a measured receptance, 1/s: its force is 1 Ns along its direction. `None` of a record.
+    pub decay: Option<f64>,
     /// Time of the first sample, on the clock of the readings, s.
     pub start_s: f64,
     /// Sampling rate, Hz.
@@ -66,7 +68,7 @@ impl Solver {
 
     /// Returns [`Solver::fitted_records`] without the `first` oldest.
     fn fitted_from(&mut self, first: usize) -> Vec<FittedRecord> {
-        if !self.unsettled.is_empty() {
+        if self.is_unsettled() {
             return Vec::new();
         }
         let Some(estimate) = self.estimate().cloned() else { return Vec::new() };
@@ -82,7 +84,7 @@ impl Solver {
         records
             .skip(first)
             .map(|(((experiment, record), number), left)| {
-                FittedRecord::new(*number, record, experiment, left, band_hz)
+                FittedRecord::new(*number, record.as_deref(), experiment, left, band_hz)
             })
             .collect()
     }
@@ -91,7 +93,7 @@ impl Solver {
 impl FittedRecord {
     fn new(
         number: u64,
-        record: &Record,
+        record: Option<&Record>,
         experiment: &Experiment,
         left: &[BinLeft],
         band_hz: [f64; 2],
@@ -114,13 +116,23 @@ impl FittedRecord {
                 noise: own.noise,
             }
         };
+        // A receptance has no samples: so many would show its band.
+        let last_bin = (experiment.omega(experiment.bins() - 1) / experiment.spacing) as usize + 1;
+        let spacing_hz = experiment.spacing / TAU;
+        let samples = record.map_or((2 * last_bin).next_power_of_two(), |record| {
+            record.force[0].len() / experiment.divided
+        });
         Self {
             number,
-            start_s: record.start_s,
-            rate_hz: record.rate_hz,
-            has_doubtful_rate: record.has_doubtful_rate,
-            samples: record.force[0].len() / experiment.divided,
-            starts_at_rest: record.starts_at_rest,
+            decay: match experiment.kind {
+                Kind::Record => None,
+                Kind::Receptance { decay, .. } => Some(decay),
+            },
+            start_s: record.map_or(0.0, |record| record.start_s),
+            rate_hz: record.map_or(samples as f64 * spacing_hz, |record| record.rate_hz),
+            has_doubtful_rate: record.is_some_and(|record| record.has_doubtful_rate),
+            samples,
+            starts_at_rest: record.is_some_and(|record| record.starts_at_rest),
             pose: experiment.path[middle].pose.to_vec(),
             path: match experiment.divided {
                 1 => Vec::new(),

@@ -37,7 +37,7 @@ use crate::text::count;
 use crate::unchecked;
 use course::Course;
 pub use course::CoursePoint;
-pub(crate) use experiment::{Candidate, experiment};
+pub(crate) use experiment::{Candidate, experiment, of_receptance};
 pub use fitted::{FittedBin, FittedRecord};
 pub(crate) use repeats::{Fingerprint, Taken};
 use retention::{Entry, Room, find_room};
@@ -65,12 +65,13 @@ pub struct Solver {
     /// Standard deviation of the displacements that state none, by their residuals, m. `None` if all state theirs, or if the residuals are
     /// too few.
     static_deviation: Option<f64>,
+    /// Those of the measured receptances, which stay, and then those of the records.
     experiments: Vec<Experiment>,
-    /// Record of which each experiment was made.
-    sources: Vec<Arc<Record>>,
-    /// Number of each experiment among all records that came, from 1.
+    /// Record of which each experiment was made. `None` of a measured receptance.
+    sources: Vec<Option<Arc<Record>>>,
+    /// Number of each experiment among all receptances and records that came, from 1.
     numbers: Vec<u64>,
-    /// Number of records that came.
+    /// Number of receptances and records that came.
     came: u64,
     taken: Taken,
     /// Imperfections that the configuration allows, and the fit to them.
@@ -90,6 +91,8 @@ pub struct Solver {
     state: State,
     /// Records that have become experiments since then.
     unsettled: Vec<Arc<Record>>,
+    /// True until the measured receptances have been fitted.
+    has_new_receptances: bool,
     /// True if the identifier must be renewed for the newest of these records.
     changed: bool,
     /// Instant at which the work must end. `None` until the end is requested.
@@ -126,7 +129,9 @@ impl Solver {
     pub fn new(config: &Config) -> io::Result<Self> {
         let rng = Xoshiro256PlusPlus::seed_from_u64(config.seed);
         let mut solver = Self::begin(config, config.sought.clone(), rng)?;
-        solver.fit_statics();
+        if !solver.has_new_receptances {
+            solver.fit_statics();
+        }
         Ok(solver)
     }
 
@@ -168,7 +173,7 @@ impl Solver {
                     Self::begin(config, config.sought.clone(), settled.generator.clone())?;
                 solver.take_over(&state.kept);
                 let Solver { identifier, experiments, plant, sought, .. } = &mut solver;
-                let all = experiments.len() == state.kept.len();
+                let all = experiments.len() == config.receptances.len() + state.kept.len();
                 let has_retired = match (plant, &settled.retired) {
                     (Some(plant), Some(retired)) => retired.resume(plant, sought).is_some(),
                     (_, retired) => retired.is_none(),
@@ -182,7 +187,9 @@ impl Solver {
                 solver.spent = settled.spent;
                 (solver.records, solver.settled) = (settled.records, settled.records);
                 solver.came = settled.came;
-                solver.numbers.clone_from(&settled.numbers);
+                solver.numbers.truncate(config.receptances.len());
+                solver.numbers.extend(&settled.numbers);
+                solver.has_new_receptances = false;
                 solver.taken = settled.taken.clone();
                 solver.poses = solver.poses_of_experiments();
                 solver.consider_plant(stop);
@@ -206,7 +213,7 @@ impl Solver {
         let mut solver = Self::new(config)?;
         solver.state.earlier = state.earlier;
         solver.take_over(&state.kept);
-        solver.unsettled = solver.sources.clone();
+        solver.unsettled = solver.sources.iter().flatten().cloned().collect();
         solver.changed = true;
         solver.work(stop, || false, on_progress);
         Ok(solver)
@@ -220,7 +227,7 @@ impl Solver {
                 Ok(experiment) => {
                     self.note_agreement(&experiment, self.ratio(&experiment));
                     self.experiments.push(experiment);
-                    self.sources.push(Arc::clone(record));
+                    self.sources.push(Some(Arc::clone(record)));
                     self.numbers.push(self.came);
                     self.taken.add(self.came, Fingerprint::of(record));
                     self.records += 1;
@@ -244,7 +251,7 @@ impl Solver {
         let stiffest = config.bounds.stiffest(sought.joints());
         let mut plant = Box::new(Plant::new(&config.accuracies, &chain));
         plant.adopt(config.adopts_explanations);
-        Ok(Self {
+        let mut solver = Self {
             config: Arc::new(config.clone()),
             chain,
             measurement,
@@ -264,6 +271,7 @@ impl Solver {
             stiffest,
             state: State::new(config),
             unsettled: Vec::new(),
+            has_new_receptances: false,
             changed: false,
             deadline: None,
             buffer: Box::new([0.0; SAMPLES]),
@@ -279,7 +287,34 @@ impl Solver {
             work: Work::default(),
             course: Course::new(),
             spent: Duration::ZERO,
-        })
+        };
+        solver.take_receptances();
+        Ok(solver)
+    }
+
+    /// Makes experiments of the measured receptances.
+    fn take_receptances(&mut self) {
+        let config = Arc::clone(&self.config);
+        for receptance in &config.receptances {
+            self.came += 1;
+            match of_receptance(&config, &self.chain, &self.stiffest, receptance) {
+                Ok(experiment) => {
+                    if let Some(ratio) = self.ratio(&experiment) {
+                        self.scale.note(ratio);
+                    }
+                    self.experiments.push(experiment);
+                    self.sources.push(None);
+                    self.numbers.push(self.came);
+                    (self.has_new_receptances, self.changed) = (true, true);
+                }
+                Err(fault) => self.refused.get_or_insert((0, fault)).0 += 1,
+            }
+        }
+    }
+
+    /// Returns whether experiments have not been fitted yet.
+    fn is_unsettled(&self) -> bool {
+        self.has_new_receptances || !self.unsettled.is_empty()
     }
 
     /// Takes in a record. If another record must make room for it, works first until the earlier records are settled, as
@@ -352,7 +387,7 @@ impl Solver {
         more: impl Fn() -> bool,
         mut on_progress: impl FnMut(&Progress),
     ) -> bool {
-        if self.unsettled.is_empty() {
+        if !self.is_unsettled() {
             self.consider_plant(stop);
             return true;
         }
@@ -375,6 +410,7 @@ impl Solver {
                 self.settled = self.records;
                 self.poses = self.poses_of_experiments();
                 self.unsettled.clear();
+                self.has_new_receptances = false;
                 self.of_plant = None;
                 self.left_over.clear();
                 self.is_considered = false;
@@ -387,11 +423,11 @@ impl Solver {
             }
         }
         self.note_settled();
-        if self.unsettled.is_empty() && !more() {
+        if !self.is_unsettled() && !more() {
             self.consider_plant(stop);
         }
         self.spent += begun.elapsed();
-        self.unsettled.is_empty()
+        !self.is_unsettled()
     }
 
     /// Renews the identifier, since the experiments have changed.
@@ -446,24 +482,30 @@ impl Solver {
 
     /// Stores the state, if the estimate is settled and rests on records.
     fn note_settled(&mut self) {
-        if !self.unsettled.is_empty() || self.experiments.is_empty() {
+        if self.is_unsettled() || self.experiments.is_empty() {
             return;
         }
         if let Some(standing) = self.identifier.standing() {
-            self.state.kept.clone_from(&self.sources);
+            self.state.kept = self.sources.iter().flatten().cloned().collect();
             self.state.settled = Some(Box::new(Settled {
                 standing,
                 retired: self.plant.as_deref().and_then(Retired::of),
                 generator: self.identifier.generator().clone(),
                 records: self.records,
                 came: self.came,
-                numbers: self.numbers.clone(),
+                numbers: self.numbers_of_records().collect(),
                 taken: self.taken.clone(),
                 dropped_poses: self.dropped_poses,
                 too_short: self.too_short,
                 spent: self.spent,
             }));
         }
+    }
+
+    /// Returns the numbers of the records that are kept.
+    fn numbers_of_records(&self) -> impl Iterator<Item = u64> {
+        let all = self.numbers.iter().zip(&self.sources);
+        all.filter(|(_, source)| source.is_some()).map(|(number, _)| *number)
     }
 
     /// Returns the state from which another solver can continue: this solver when it last settled, and the newest of the
@@ -536,8 +578,12 @@ impl Solver {
             let spacing = spacing / *divided as f64;
             Entry { pose, point: *point, measured, spacing }
         }
-        let kept: Vec<Entry> = self.experiments.iter().map(entry).collect();
-        find_room(&kept, &entry(experiment))
+        let receptances = self.experiments.len() - self.sources.iter().flatten().count();
+        let kept: Vec<Entry> = self.experiments[receptances..].iter().map(entry).collect();
+        match find_room(&kept, &entry(experiment), MAX_EXPERIMENTS - receptances) {
+            Room::Instead(index) => Room::Instead(receptances + index),
+            room => room,
+        }
     }
 
     /// Keeps an experiment if there is room for it. Returns whether it is kept.
@@ -552,7 +598,7 @@ impl Solver {
         }
         self.experiments.push(experiment);
         let record = Arc::new(record.clone());
-        self.sources.push(Arc::clone(&record));
+        self.sources.push(Some(Arc::clone(&record)));
         self.numbers.push(self.came);
         self.unsettled.push(record);
         self.changed = true;
@@ -561,7 +607,8 @@ impl Solver {
 
     /// Removes an experiment. Its information stays, if the estimate is consistent and the rate of the record is not doubtful.
     fn give_up(&mut self, index: usize) {
-        let retired = !self.sources[index].has_doubtful_rate && self.retire(index);
+        let is_doubtful = self.sources[index].as_ref().is_some_and(|own| own.has_doubtful_rate);
+        let retired = !is_doubtful && self.retire(index);
         let retiring = self.experiments.remove(index);
         self.sources.remove(index);
         let number = self.numbers.remove(index);

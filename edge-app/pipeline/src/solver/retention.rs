@@ -1,6 +1,6 @@
 //! Choice of the records that are kept: the newest of each pose and setup, for as many of these as there is room for.
 
-use crate::record::{MAX_EXPERIMENTS, MAX_PER_POSE, same_pose};
+use crate::record::{MAX_PER_POSE, same_pose};
 
 /// Properties of a record that the choice depends on.
 #[derive(Clone, Copy, Debug)]
@@ -34,12 +34,12 @@ impl Entry<'_> {
     }
 }
 
-/// Finds room for `new` beside `kept`, which are in the order in which they came.
+/// Finds room for `new` beside `kept`, which are in the order in which they came, and at most so many.
 ///
 /// A full pose gives up its shortest record, and of equal ones the oldest. If the new record is shorter still, it is left out:
 /// it is the rest of a stretch that ended when the robot moved on. If all places are taken, the pose with the most records
 /// gives up its oldest, but not for the rest of a stretch.
-pub(super) fn find_room(kept: &[Entry], new: &Entry) -> Room {
+pub(super) fn find_room(kept: &[Entry], new: &Entry, most: usize) -> Room {
     let at_pose = || (0..kept.len()).filter(|&index| kept[index].shares_pose(new));
     // Logarithm of the new record's duration over that of a kept one, in powers of two. It does not depend on the sampling
     // rates.
@@ -52,7 +52,7 @@ pub(super) fn find_room(kept: &[Entry], new: &Entry) -> Room {
             _ => Room::Nowhere,
         };
     }
-    if kept.len() < MAX_EXPERIMENTS {
+    if kept.len() < most {
         return Room::Free;
     }
     if at_pose().any(|index| halvings(index) < 0.0) {
@@ -66,6 +66,7 @@ pub(super) fn find_room(kept: &[Entry], new: &Entry) -> Room {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::record::MAX_EXPERIMENTS;
 
     const FULL: f64 = 1.0;
     const SHORT: f64 = 2.0;
@@ -88,7 +89,7 @@ mod tests {
         let mut kept: Vec<usize> = Vec::new();
         for new in 0..records.len() {
             let entries: Vec<Entry> = kept.iter().map(|&index| entry(index)).collect();
-            match find_room(&entries, &entry(new)) {
+            match find_room(&entries, &entry(new), MAX_EXPERIMENTS) {
                 Room::Free => kept.push(new),
                 Room::Instead(index) => {
                     kept.remove(index);

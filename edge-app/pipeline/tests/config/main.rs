@@ -8,7 +8,7 @@ mod tables;
 use std::fs;
 use std::path::Path;
 
-use flexid_core::imperfection::Accuracies;
+use flexid_core::imperfection::{Accuracies, Imperfection};
 use flexid_core::mounting::Mounting;
 use flexid_core::sought::Coordinate;
 use flexid_pipeline::config::{Accelerometer, Config, Listen};
@@ -76,8 +76,8 @@ fn what_is_sought_can_be_chosen() {
     assert_eq!(sought.unknown(Coordinate::Stiffness { joint: 0, dof: 0 }), None);
     let tied = |joint, dof| sought.unknown(Coordinate::Damping { joint, dof }).unwrap();
     assert_eq!((tied(1, 3), tied(1, 3)), (tied(1, 4), tied(2, 5)));
-    assert_eq!(sought.width(Coordinate::Delay), 1e-3);
-    assert_eq!(sought.unknown(Coordinate::ForceGain(0)), None);
+    let mass = |link| (Imperfection::Mass(link), 0.05);
+    assert_eq!(sought.imperfections(), [(Imperfection::Delay, 1e-3), mass(0), mass(1), mass(2)]);
 }
 
 #[test]

@@ -17,9 +17,16 @@ const ROOM: u32 = 600;
 /// Decades below the largest value that are shown, at most. Chosen: noise is there.
 const DECADES: f64 = 6.0;
 
+/// Unit of the acceleration of a record.
+pub const OF_RECORD: &str = "(m/s²)/√Hz";
+/// Unit of that of a modal test.
+pub const OF_TEST: &str = "(m/s²)/N";
+
 /// Amplitude spectral densities along a band, for each axis.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Densities {
+    /// Unit of the acceleration: (m/s²)/√Hz of a record, (m/s²)/N of a modal test.
+    pub unit: &'static str,
     /// Lower and upper edge of the band, Hz.
     pub band_hz: [f64; 2],
     /// Frequencies, Hz.
@@ -40,6 +47,7 @@ impl From<&Spectra> for Densities {
             std::array::from_fn(values)
         };
         Self {
+            unit: OF_RECORD,
             band_hz: spectra.band_hz.map(f64::from),
             frequency_hz: spectra.bands.iter().map(|own| own.frequency_hz.into()).collect(),
             measured: along(|own| &own.measured),
@@ -75,13 +83,14 @@ pub fn panels(densities: impl Into<Densities>) -> Markup {
             ("modelled", Colour::Orange, Mark::Line),
             ("noise", Colour::Grey, Mark::Dashed),
         ]))
-        (axis_panels("Measured and modelled", &scales_of(&own), |axis| curves(&own, axis)))
+        (axis_panels("Measured and modelled", own.unit, &scales_of(&own), |axis| curves(&own, axis)))
     }
 }
 
-/// Densities of the acceleration, a panel for each axis.
+/// Densities of the acceleration in this unit, a panel for each axis.
 pub(crate) fn axis_panels(
     what: &str,
+    unit: &str,
     [x, y]: &[Scale; 2],
     curves: impl Fn(usize) -> Vec<Curve>,
 ) -> Markup {
@@ -90,7 +99,7 @@ pub(crate) fn axis_panels(
             x: x.clone(),
             y: y.clone(),
             title: AXES[axis].to_owned(),
-            labels: Labels { x: Some("frequency / Hz".into()), y: Some("(m/s²)/√Hz".into()) },
+            labels: Labels { x: Some("frequency / Hz".into()), y: Some(unit.into()) },
             bands: Vec::new(),
             curves: curves(axis),
         };

@@ -23,6 +23,8 @@
 //! H_ap = (S_af u)_a / σ₁
 //! ```
 //!
+//! A modal test has measured its entries; they are taken as they are.
+//!
 //! A window widens every resonance, and leaves what rings on from before the segment. The acceleration that the fit gives for the same
 //! records goes through the same estimate, so that the two compare like with like.
 
@@ -51,6 +53,9 @@ const PARTS: [usize; 2] = [4, 8];
 /// The receptance of a pose from its records alone.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MeasuredReceptance {
+    /// True if the entries are those of modal tests.
+    #[serde(default)]
+    pub is_of_test: bool,
     /// Joint angles, rad (m).
     pub pose: Vec<f64>,
     /// Numbers of the records.
@@ -79,7 +84,7 @@ pub struct MeasuredPoint {
     pub measured_along: [[f64; 2]; 3],
     /// Displacement per force along this direction from the acceleration that the fit gives for the same records.
     pub modelled_along: [[f64; 2]; 3],
-    /// Multiple coherence of each axis of the measured acceleration, 0 to 1.
+    /// Multiple coherence of each axis of the measured acceleration, 0 to 1; of a modal test the least that a single blow with such errors would have.
     pub coherence: [f64; 3],
 }
 
@@ -110,6 +115,67 @@ pub struct Estimated {
 }
 
 impl MeasuredReceptance {
+    /// The receptance that the modal tests of one pose have measured, at the frequencies of the first. `None` without such a test.
+    pub(super) fn of_tests(records: &[&FittedRecord]) -> Option<Self> {
+        let tests = || records.iter().filter_map(|own| Some((*own, own.decay?)));
+        let (first, _) = tests().next()?;
+        let is_alike = |own: &FittedRecord| {
+            own.bins.len() == first.bins.len()
+                && own.bins[0].frequency_hz == first.bins[0].frequency_hz
+        };
+        let tests: Vec<(&FittedRecord, f64)> = tests().filter(|(own, _)| is_alike(own)).collect();
+        let frequencies: Vec<f64> = first.bins.iter().map(|bin| bin.frequency_hz).collect();
+        let point = |index: usize| {
+            let mut entries = [[[None; 3]; 3]; 2];
+            let mut coherence = [1.0_f64; 3];
+            for (own, decay) in &tests {
+                let bin = &own.bins[index];
+                let s = Complex::new(*decay, TAU * bin.frequency_hz);
+                let Some(column) = (0..3).find(|axis| bin.force[*axis][0] != 0.0) else { continue };
+                for row in (0..3).filter(|row| bin.noise[*row] > 0.0) {
+                    let [re, im] = bin.measured[row];
+                    if re * re + im * im <= bin.noise[row] {
+                        continue;
+                    }
+                    let [left_re, left_im] = bin.left[row];
+                    for (entries, a) in
+                        entries.iter_mut().zip([[re, im], [re - left_re, im - left_im]])
+                    {
+                        let size = Complex::new(a[0], a[1]) / (s * s * bin.force[column][0]);
+                        entries[row][column] = Some(parts(size));
+                    }
+                    let power = re * re + im * im;
+                    coherence[row] = coherence[row].min(power / (power + bin.noise[row]));
+                }
+            }
+            let [measured, modelled] = entries;
+            let force = first.bins[index].force;
+            let column = (0..3).find(|axis| force[*axis][0] != 0.0).unwrap_or(0);
+            let mut direction = [[0.0; 2]; 3];
+            direction[column][0] = 1.0;
+            let along = |of: &[[Option<[f64; 2]>; 3]; 3]| {
+                [0, 1, 2].map(|row| of[row][column].unwrap_or_default())
+            };
+            MeasuredPoint {
+                frequency_hz: rounded(frequencies[index]),
+                measured_along: along(&measured),
+                modelled_along: along(&modelled),
+                measured,
+                modelled,
+                direction,
+                coherence: coherence.map(rounded),
+            }
+        };
+        Some(Self {
+            is_of_test: true,
+            pose: first.pose.clone(),
+            records: tests.iter().map(|(own, _)| own.number).collect(),
+            segments: 1,
+            segment_s: first.samples as f64 / first.rate_hz,
+            points: thinned(&frequencies).into_iter().map(point).collect(),
+        })
+    }
+
     /// The receptance from the records of one pose, those that are as long as the first. `None` if their band is too narrow for an estimate.
     pub(super) fn of(records: &[&FittedRecord]) -> Option<Self> {
         let spacing = |record: &FittedRecord| record.rate_hz / record.samples as f64;
@@ -173,6 +239,7 @@ impl MeasuredReceptance {
         });
         let points: Vec<MeasuredPoint> = points.collect();
         (!points.is_empty()).then(|| Self {
+            is_of_test: false,
             pose: first.pose.clone(),
             records: alike.iter().map(|own| own.number).collect(),
             segments: alike.len() * (2 * part - 1),

@@ -81,7 +81,9 @@ impl Evidence {
                 .collect(),
             measured_receptance: poses
                 .iter()
-                .filter_map(|own| MeasuredReceptance::of(own))
+                .filter_map(|own| {
+                    MeasuredReceptance::of_tests(own).or_else(|| MeasuredReceptance::of(own))
+                })
                 .collect(),
             course: kept.map(|(_, point)| Step::from(point)).collect(),
             data_quality: DataQuality::from(counts),

@@ -5,6 +5,8 @@
 //! ```text
 //! √( 2/T · mean |X|² )        X the DFT times the sample period
 //! ```
+//!
+//! That of a modal test is the size |A| of its response, (m/s²)/N, beside a force of 1 N.
 
 use flexid_pipeline::solver::{FittedBin, FittedRecord, bands};
 use serde::{Deserialize, Serialize};
@@ -16,6 +18,9 @@ use super::curve::{POINTS, rounded};
 pub struct RecordEvidence {
     /// Number among all records that came, from 1.
     pub number: u64,
+    /// True of the responses to one force of a modal test: the spectra are accelerations per force.
+    #[serde(default)]
+    pub is_of_test: bool,
     /// Time of the first sample, on the clock of the readings, s.
     pub start_s: f64,
     /// Length, s.
@@ -81,6 +86,7 @@ impl RecordEvidence {
         };
         Self {
             number: record.number,
+            is_of_test: record.decay.is_some(),
             start_s: record.start_s,
             seconds,
             rate_hz: record.rate_hz,
@@ -92,7 +98,8 @@ impl RecordEvidence {
             rms_force_n: rounded(record.excitation.rms_force_n),
             lines: record.tones,
             octaves: record.excitation.octaves.iter().map(octave).collect(),
-            spectra: RecordSpectra::new(&record.bins, seconds),
+            // Of a response the density over 2 s is its size.
+            spectra: RecordSpectra::new(&record.bins, record.decay.map_or(seconds, |_| 2.0)),
         }
     }
 }

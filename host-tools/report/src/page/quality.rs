@@ -45,9 +45,13 @@ fn table(records: &[RecordEvidence], measured: &[MeasuredReceptance]) -> Markup 
                         td { (own.pose_number) }
                         td.left { (pose(&own.pose)) }
                         td { (format!("{:.3}", own.seconds)) }
-                        td { (format!("{:.2}", own.rate_hz)) @if own.has_doubtful_rate { " (doubtful)" } }
-                        td { (number(own.rms_force_n)) }
-                        td { @if own.starts_at_rest { "yes" } @else { "no" } }
+                        @if own.is_of_test {
+                            td { "–" } td { "–" } td { "modal test" }
+                        } @else {
+                            td { (format!("{:.2}", own.rate_hz)) @if own.has_doubtful_rate { " (doubtful)" } }
+                            td { (number(own.rms_force_n)) }
+                            td { @if own.starts_at_rest { "yes" } @else { "no" } }
+                        }
                         td { (own.lines) }
                         td { (coherences(measured.iter().find(|pose| pose.records.contains(&own.number)))) }
                     }

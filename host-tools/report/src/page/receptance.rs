@@ -33,7 +33,8 @@ pub(super) fn section(document: &Document, poses: &[Pose<'_>], others: usize) ->
                 "Displacement of the tool per force on it, along the axes of the tool centre point. The measured one comes from the records alone: \
                  H₁ of three forces, from segments of the records. The modelled one is the acceleration that the fit gives for the same records, \
                  through the same estimate: where both agree, the model is right. Short segments blur both, so that they stay below the model's \
-                 own curve (dashed, with its 95\u{a0}% band) at each resonance. What gravity and the place of the accelerometer add is in both."
+                 own curve (dashed, with its 95\u{a0}% band) at each resonance. What gravity and the place of the accelerometer add is in both. \
+                 The responses of a modal test are shown as they were measured."
             }
             p {
                 "An entry is left out where its standard deviation is above a third of its size, as where the three forces of a cut go together \
@@ -83,6 +84,11 @@ fn note(measured: Option<&MeasuredReceptance>) -> Markup {
     let points = measured.points.len();
     let entries = || measured.points.iter().flat_map(|own| own.measured.as_flattened());
     let shown = entries().flatten().count() as f64 / entries().count().max(1) as f64;
+    if measured.is_of_test {
+        return html! {
+            "Frequency responses of a modal test, as they were measured; " (points) " frequencies. Of the nine entries, " (percent(shown)) " were measured."
+        };
+    }
     html! {
         "Record" @if measured.records.len() > 1 { "s" } " "
         @for (index, own) in measured.records.iter().enumerate() {

@@ -2,7 +2,7 @@
 
 use maud::{Markup, html};
 
-use super::spectra::{by_misfit, misfits, others_title, title};
+use super::spectra::{by_misfit, misfits, others_title, title, unit};
 use super::{folded, missing};
 use crate::charts::panel::Curve;
 use crate::charts::scale::Scale;
@@ -43,7 +43,7 @@ fn figure(record: &RecordEvidence, scales: &[Scale; 2]) -> Markup {
             ("residual", Colour::Red, Mark::Line),
             ("noise", Colour::Grey, Mark::Dashed),
         ]))
-        (axis_panels("Residual and noise of the", scales, |axis| curves(record, axis)))
+        (axis_panels("Residual and noise of the", unit(record), scales, |axis| curves(record, axis)))
     }
 }
 

@@ -4,7 +4,7 @@ use maud::{Markup, html};
 
 use super::format::{count, number, pose};
 use super::{AXES, MOST_RECORDS, folded, missing};
-use crate::charts::spectra::{Densities, panels};
+use crate::charts::spectra::{Densities, OF_RECORD, OF_TEST, panels};
 use crate::document::Document;
 use crate::evidence::RecordEvidence;
 
@@ -18,7 +18,7 @@ pub(super) fn section(document: &Document) -> Markup {
         section #spectra {
             h2 { "Spectra" }
             p {
-                "Amplitude spectral density of the acceleration at the tool. Where the dots lie on the line, the model explains the record."
+                "Amplitude spectral density of the acceleration at the tool; of a modal test, its size per force. Where the dots lie on the line, the model explains the record."
                 @if !others.is_empty() { " This is the record that it explains worst." }
             }
             @for record in shown { (figure(record, band_hz)) }
@@ -37,6 +37,7 @@ fn figure(record: &RecordEvidence, band_hz: [f64; 2]) -> Markup {
     html! {
         p.note { strong { (title(record)) } }
         (panels(Densities {
+            unit: unit(record),
             band_hz,
             frequency_hz: spectra.frequency_hz.clone(),
             measured: spectra.measured.clone(),
@@ -57,11 +58,18 @@ pub(super) fn others_title(records: &[RecordEvidence], drawn: &[&RecordEvidence]
 
 /// Number, pose and angles of a record, or of its middle part.
 pub(super) fn title(record: &RecordEvidence) -> String {
-    let (number, own) = (record.number, pose(&record.pose));
+    let what = if record.is_of_test { ", a modal test" } else { "" };
+    let RecordEvidence { number, pose_number, .. } = record;
+    let own = pose(&record.pose);
     match record.path.len() {
-        0 => format!("Record {number}, pose {}, {own} rad (m)", record.pose_number),
+        0 => format!("Record {number}{what}, pose {pose_number}, {own} rad (m)"),
         parts => format!("Record {number}, the middle one of its {parts} parts, at {own} rad (m)"),
     }
+}
+
+/// Unit of the acceleration of a record.
+pub(super) fn unit(record: &RecordEvidence) -> &'static str {
+    if record.is_of_test { OF_TEST } else { OF_RECORD }
 }
 
 /// The record whose residual is largest beside the noise, and the first of the others, as many as are drawn.

@@ -66,6 +66,7 @@ pub(crate) fn evidence(robot: &FoundRobot) -> Evidence {
     };
     let record = |(index, pose): (usize, &Vec<f64>)| RecordEvidence {
         number: index as u64 + 1,
+        is_of_test: false,
         start_s: 5.0 * index as f64,
         seconds: 4.096,
         rate_hz: 2000.0,
@@ -91,6 +92,7 @@ pub(crate) fn evidence(robot: &FoundRobot) -> Evidence {
         },
     };
     let measured = |(index, pose): (usize, &Vec<f64>)| MeasuredReceptance {
+        is_of_test: false,
         pose: pose.clone(),
         records: vec![index as u64 + 1],
         segments: 15,

@@ -10,7 +10,6 @@ use rand_xoshiro::rand_core::{Rng as _, SeedableRng as _};
 use super::super::super::tests::{bounds, bushings, chain, measurement, problem};
 use super::super::diagnosis::Explanation;
 use super::*;
-use crate::calibration::Nuisances;
 use crate::imperfection::Accuracies;
 use crate::sought::Sought;
 
@@ -32,7 +31,7 @@ struct Rows {
 }
 
 fn sought() -> Sought {
-    Sought::new(2, &Nuisances::default()).unwrap()
+    Sought::new(2).unwrap()
 }
 
 fn on_large_stack(run: impl FnOnce() + Send + 'static) {

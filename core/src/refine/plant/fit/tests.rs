@@ -18,7 +18,7 @@ const UNKNOWNS: usize = 24;
 fn ends(off: f64, slope: f64) -> [(Outcome, usize, bool); 2] {
     let measurement = measurement(&[[0.0; 3]; 4], 0.0, [0.0; 3]);
     let (chain, bounds) = (chain(), bounds());
-    let sought = Sought::new(2, &Default::default()).unwrap();
+    let sought = Sought::new(2).unwrap();
     let problem = problem(&chain, &measurement, &bounds, &sought);
     let experiments: &[Experiment<BINS>] = &[];
     let mut plant = plant();
@@ -66,7 +66,7 @@ fn a_plausible_fit_that_ends_short_of_its_minimum_goes_on_with_all_bins() {
 fn residuals_are_those_of_the_bins_that_count() {
     let measurement = measurement(&[[0.0; 3]; 4], 0.0, [0.0; 3]);
     let (chain, bounds) = (chain(), bounds());
-    let sought = Sought::new(2, &Default::default()).unwrap();
+    let sought = Sought::new(2).unwrap();
     let problem = problem(&chain, &measurement, &bounds, &sought);
     let record = record(&mut Xoshiro256PlusPlus::seed_from_u64(1));
     let experiment = Experiment::<BINS>::new(&chain, &measurement, &record, &mut [0.0; SAMPLES]);

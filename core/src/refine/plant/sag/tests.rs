@@ -4,9 +4,7 @@ use proptest::array::{uniform3, uniform6};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 
-use super::super::super::further::Further as _;
 use super::super::super::tests::{bounds, bushings, chain, problem};
-use super::super::objective::prepare;
 use super::super::tests::{POSE, Three, evaluated, inside, measurement, plant, reading};
 use super::*;
 use crate::imperfection::{self, Accuracies};
@@ -34,7 +32,7 @@ proptest! {
     ) {
         let measurement = measurement(&places, 0.0, [0.3, -0.5, -9.8]);
         let (chain, bounds) = (chain(), bounds());
-        let sought = Sought::new(2, &Default::default()).unwrap();
+        let sought = Sought::new(2).unwrap();
         let problem = problem(&chain, &measurement, &bounds, &sought);
         let raw: Three = core::array::from_fn(|axis| Complex { re: raw[axis], im: raw[3 + axis] });
         let s = Complex { re: 0.0, im: omega };
@@ -48,11 +46,11 @@ proptest! {
         plant.point.coordinates = sought.coordinates(&soft);
         let standing = inside(&all, away);
         plant.point.imperfections = standing;
-        let model = prepare(&problem, &plant.point, &mut plant.imperfections, Site::tcp(&POSE), 0).unwrap();
+        let model = plant.imperfections.prepare(&problem, &plant.point, Site::tcp(&POSE), 0).unwrap();
         let (response, batch) = evaluated(&model, s, &raw, &seam);
         let mut columns = || {
             let mut rows = [[[0.0; COLUMNS]; 6]];
-            (&plant.imperfections).write(&mut rows, 0, &response, &model, &batch, &seam);
+            plant.imperfections.columns().write(&mut rows, (0, &sought), &response, &model, &batch, &seam);
             plant.imperfections.sags.clear();
             rows[0]
         };
@@ -63,16 +61,14 @@ proptest! {
         };
 
         let imperfect = |larger: Option<(usize, f64)>| {
-            let calibration = sought.calibration(&plant.point.coordinates);
-            let mut imperfect = Imperfect::new(&problem, &calibration, Site::tcp(&POSE), 0);
-            for (index, &(imperfection, deviation)) in all.iter().enumerate() {
+            let values = all.iter().enumerate().map(|(index, &(imperfection, deviation))| {
                 let more = larger.filter(|(own, _)| *own == index).map_or(0.0, |(_, by)| by);
-                imperfect.add(imperfection, (standing[index] + more) * deviation);
-            }
-            imperfect
+                (imperfection, (standing[index] + more) * deviation)
+            });
+            Imperfect::new(&problem, &plant.point.coordinates, values, Site::tcp(&POSE), 0)
         };
         let of = |imperfect: &Imperfect, linear: &LinearChain, bushings: &Bushings| {
-            reading(&imperfect.model(&problem, linear, bushings).unwrap(), s, &raw, &seam)
+            reading(&imperfect.model(linear, bushings).unwrap(), s, &raw, &seam)
         };
         let at_rest = |imperfect: &Imperfect, bushings: &Bushings| imperfect.linearise(&problem, bushings).unwrap();
         let by = 1e-3;

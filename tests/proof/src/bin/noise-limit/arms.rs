@@ -180,8 +180,7 @@ impl Run {
             records.push(sensors.measure(&Signals::new(&cut.pose, &motion))?);
         }
         let bounds = Bounds::of(chain);
-        let task =
-            Task { chain, bounds, measurement, nuisances: Default::default(), statics: Vec::new() };
+        let task = Task { chain, bounds, measurement, sought: &[], statics: Vec::new() };
         let begun = Instant::now();
         let found = find(&task, &records, random(Purpose::Search, number).0)?;
         let seconds = begun.elapsed().as_secs_f64();

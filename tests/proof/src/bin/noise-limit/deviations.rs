@@ -6,8 +6,8 @@
 use std::fmt;
 
 use anyhow::{Context as _, Result};
-use flexid_core::imperfection::Accuracies;
-use flexid_core::refine::{Explanation, FoundImperfection};
+use flexid_core::imperfection::{Accuracies, FoundImperfection};
+use flexid_core::refine::Explanation;
 use flexid_simulation::plant::Plant;
 use rayon::prelude::*;
 

@@ -2,7 +2,6 @@
 
 use anyhow::{Context, Result, ensure};
 use fearless_simd::Level;
-use flexid_core::calibration::Nuisances;
 use flexid_core::chain::Chain;
 use flexid_core::identify::{
     Acceptance, Estimate, Identifier, MAX_NOISE_ROUNDS, Phase, PlantEstimate,
@@ -19,12 +18,13 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 use crate::records::{BINS, Record, experiment};
 use crate::study::logarithms;
 
-/// The task of the identification: model, bounds, measurement, nuisances and static tests.
+/// The task of the identification: model, bounds, measurement, imperfections that are sought, and static tests.
 pub(crate) struct Task<'a> {
     pub(crate) chain: &'a Chain,
     pub(crate) bounds: Bounds,
     pub(crate) measurement: Measurement,
-    pub(crate) nuisances: Nuisances,
+    /// Keys of the imperfections that are sought, each with the standard deviation of its prior.
+    pub(crate) sought: &'a [(&'a str, f64)],
     pub(crate) statics: Vec<StaticTest>,
 }
 
@@ -45,16 +45,24 @@ pub(crate) struct Found {
 }
 
 impl Task<'_> {
+    /// What is sought.
+    pub(crate) fn sought(&self) -> Result<Sought> {
+        let mut sought = Sought::new(self.chain.joints().len())?;
+        for (key, prior) in self.sought {
+            sought.seek(key, *prior)?;
+        }
+        Ok(sought)
+    }
+
     /// An identifier for this task.
     pub(crate) fn identifier(
         &self,
         random: Xoshiro256PlusPlus,
     ) -> Result<Box<Identifier<Xoshiro256PlusPlus>>> {
-        let Self { chain, bounds, measurement, nuisances, statics } = self;
-        let sought = Sought::new(chain.joints().len(), nuisances)?;
+        let Self { chain, bounds, measurement, statics, .. } = self;
         let new = Identifier::new((*chain).clone(), *bounds, *measurement, Level::new(), random);
         let mut identifier = Box::new(new);
-        identifier.seek(sought)?;
+        identifier.seek(self.sought()?)?;
         identifier.add_statics(statics)?;
         Ok(identifier)
     }
@@ -114,7 +122,34 @@ pub(crate) fn settled_on_plant(
     records: &[Record],
     random: Xoshiro256PlusPlus,
 ) -> Result<OnPlant> {
-    let mut experiments = experiments(task, records)?;
+    settled_on_plant_from(task, accuracies, experiments(task, records)?, random)
+}
+
+/// Identifies a robot whose plant has these accuracies from experiments. Perfect ones are those of no plant.
+pub(crate) fn find_from(
+    task: &Task,
+    accuracies: &Accuracies,
+    experiments: Vec<Experiment<BINS>>,
+    random: Xoshiro256PlusPlus,
+) -> Result<Found> {
+    if accuracies.are_perfect() {
+        let mut identifier = task.identifier(random)?;
+        identifier.renew(&experiments);
+        while identifier.step(&experiments) != Phase::Settled {}
+        let estimate = identifier.estimate().context("a settled identifier without an estimate")?;
+        return Ok(Found::new(estimate, identifier.progress().effort.starts));
+    }
+    let OnPlant { identifier, found, .. } =
+        settled_on_plant_from(task, accuracies, experiments, random)?;
+    Ok(Found::of_plant(&found, identifier.progress().effort.starts))
+}
+
+fn settled_on_plant_from(
+    task: &Task,
+    accuracies: &Accuracies,
+    mut experiments: Vec<Experiment<BINS>>,
+    random: Xoshiro256PlusPlus,
+) -> Result<OnPlant> {
     ensure!(!experiments.is_empty(), "no record");
     let mut identifier = task.identifier(random)?;
     let mut plant = Box::new(Plant::new(accuracies, task.chain));

@@ -6,7 +6,6 @@ use fearless_simd::Level;
 use flexid_core::identify::{Estimate, Phase};
 use flexid_core::parameters::Bushings;
 use flexid_core::refine::{Outcome, Problem, Refinement};
-use flexid_core::sought::Sought;
 use flexid_core::spectrum::Experiment;
 use flexid_simulation::experiment::Cut;
 use nalgebra::DMatrix;
@@ -231,7 +230,7 @@ fn keep_all(
     guess: &Bushings,
     records: &[Experiment<BINS>],
 ) -> Result<(Bushings, Vec<f64>)> {
-    let sought = &Sought::new(guess.len(), &task.nuisances)?;
+    let sought = &task.sought()?;
     let Task { chain, bounds, measurement, .. } = task;
     let problem = Problem { chain, measurement, bounds, sought, statics: &[], level: Level::new() };
     let mut refinement = Box::new(Refinement::new(sought, guess));

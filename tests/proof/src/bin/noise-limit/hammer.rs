@@ -87,7 +87,7 @@ fn outcome(study: &Study, cuts: &[Cut], robot: u64, details: bool) -> Result<Out
 }
 
 /// Three blows in the pose of each cut.
-fn blows(study: &Study, cuts: &[Cut], plant: &Plant) -> Vec<Cut> {
+pub(crate) fn blows(study: &Study, cuts: &[Cut], plant: &Plant) -> Vec<Cut> {
     let turn = Rotation3::new(plant.force_sensor.angle_rad.into());
     let (peak, width) = BLOW;
     let blow = |axis| {

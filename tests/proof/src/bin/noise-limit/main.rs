@@ -28,6 +28,7 @@ mod nuisances;
 mod oracle;
 mod plants;
 mod predictions;
+mod receptances;
 mod records;
 mod run;
 mod spectra;
@@ -60,7 +61,7 @@ struct Part {
     robots: [usize; 2],
 }
 
-const PARTS: [Part; 21] = [
+const PARTS: [Part; 22] = [
     Part { name: "noise-free", prove: noise_free::prove, robots: [200, 16] },
     Part { name: "coverage", prove: coverage::prove, robots: [1000, 24] },
     Part { name: "unexcited", prove: unexcited::prove, robots: [100, 5] },
@@ -80,6 +81,7 @@ const PARTS: [Part; 21] = [
         prove: |study, robots, details| hammer::prove(&study.of_six()?, robots, details),
         robots: [10, 0],
     },
+    Part { name: "receptances", prove: receptances::prove, robots: [20, 0] },
     Part { name: "clocks", prove: clocks::prove, robots: [10, 0] },
     Part {
         name: "clocks-of-six",

@@ -6,9 +6,8 @@
 //! the priors decide between them. One error then moves nearly all intervals of a run.
 
 use anyhow::{Result, anyhow};
-use flexid_core::calibration::Nuisances;
 use flexid_core::chain::{Chain, Joint};
-use flexid_core::sought::{Coordinate, Nuisance};
+use flexid_core::imperfection::{FoundImperfection, Imperfection, Sensor};
 use flexid_core::verdict::Verdict;
 use flexid_simulation::experiment::Cut;
 use flexid_simulation::force::OVERSAMPLING;
@@ -35,31 +34,23 @@ const DELAY_KNOWN_S: f64 = 1e-3;
 /// Largest distance from 95 % of the share of the intervals that cover, percent.
 const OFF: f64 = 3.0;
 
-/// No nuisance is sought.
-const NOTHING: Nuisances = Nuisances {
-    delay: None,
-    acceleration_gain: None,
-    force_gain: None,
-    misalignment: None,
-    mass: None,
-};
+/// Keys of what is sought, each with the standard deviation of its prior.
+type Keys = &'static [(&'static str, f64)];
+
+const DELAY: (&str, f64) = ("delay_s", DELAY_KNOWN_S);
+const ACCELERATION_GAIN: (&str, f64) = ("acceleration_gain", GAIN);
+const FORCE_GAIN: (&str, f64) = ("force_gain", GAIN);
+const ANGLE: (&str, f64) = ("accelerometer_angle_rad", TURN);
+const LINK_MASS: (&str, f64) = ("link_mass", MASS);
 
 /// The nuisances, and their priors. A prior is the size of the error, except for the delay.
-const CASES: [(&str, Nuisances); 6] = [
-    ("0.3 ms delay", Nuisances { delay: Some(DELAY_KNOWN_S), ..NOTHING }),
-    ("acceleration gains 10 % off", Nuisances { acceleration_gain: Some(GAIN), ..NOTHING }),
-    ("masses 5 % off", Nuisances { mass: Some(MASS), ..NOTHING }),
-    (
-        "these three together",
-        Nuisances {
-            delay: Some(DELAY_KNOWN_S),
-            acceleration_gain: Some(GAIN),
-            mass: Some(MASS),
-            ..NOTHING
-        },
-    ),
-    ("force gains 10 % off", Nuisances { force_gain: Some(GAIN), ..NOTHING }),
-    ("accelerometer turned by 1°", Nuisances { misalignment: Some(TURN), ..NOTHING }),
+const CASES: [(&str, Keys); 6] = [
+    ("0.3 ms delay", &[DELAY]),
+    ("acceleration gains 10 % off", &[ACCELERATION_GAIN]),
+    ("masses 5 % off", &[LINK_MASS]),
+    ("these three together", &[DELAY, ACCELERATION_GAIN, LINK_MASS]),
+    ("force gains 10 % off", &[FORCE_GAIN]),
+    ("accelerometer turned by 1°", &[ANGLE]),
 ];
 
 /// The nuisances of one run.
@@ -67,7 +58,7 @@ struct Wrong {
     delay_s: f64,
     acceleration_gain: Vector3<f64>,
     force_gain: Vector3<f64>,
-    /// Rotation vector from the assumed axes of the accelerometer to the true ones.
+    /// Turns from the assumed axes of the accelerometer to the true ones, about each axis after those before.
     turn: Vector3<f64>,
     mass: Vec<f64>,
 }
@@ -97,7 +88,7 @@ pub(crate) fn prove(study: &Study, robots: usize, details: bool) -> Result<Vec<F
             parameters.push(own.iter().copied());
             nuisances.push(beside.iter().copied());
         }
-        let one = known.acceleration_gain.is_some() && known.mass.is_some();
+        let one = known.len() > 1;
         for (of, intervals) in [("parameters", parameters), ("its own", nuisances)] {
             let title = format!("{what}, sought: {of}");
             figures.push(intervals.cover(&title, OFF, one));
@@ -133,7 +124,7 @@ fn not_sought(what: &str, all: &[Outcome]) -> Figure {
 fn outcome(
     study: &Study,
     cuts: &[Cut],
-    known: &Nuisances,
+    known: Keys,
     number: u64,
     details: bool,
 ) -> Result<Outcome> {
@@ -143,7 +134,8 @@ fn outcome(
     let mut sensors = Sensors::new(study, random(Purpose::Noise, number))?;
     let mut record = |cut: &Cut| -> Result<Record> {
         let acceleration = motion(&chain, &truth, &wrong.late(cut)).acceleration;
-        let back = Rotation3::new(wrong.turn).inverse();
+        let turn = |axis: usize| Rotation3::new(Vector3::ith(axis, wrong.turn[axis]));
+        let back = (turn(0) * turn(1) * turn(2)).inverse();
         let read = |value: &Vector3<f64>| (back * value).component_mul(&wrong.acceleration_gain);
         let acceleration: Vec<_> = acceleration.iter().map(read).collect();
         let force = cut.force.iter().step_by(OVERSAMPLING);
@@ -157,7 +149,7 @@ fn outcome(
     };
     let records = cuts.iter().map(&mut record).collect::<Result<Vec<_>>>()?;
     let search = || random(Purpose::Search, number).0;
-    let found = find(&Task { nuisances: *known, ..study.task() }, &records, search())?;
+    let found = find(&Task { sought: known, ..study.task() }, &records, search())?;
     let ignorant = find(&study.task(), &records, search())?;
     if details {
         print(number, "sought", &found);
@@ -171,7 +163,7 @@ fn outcome(
     let wrong_errors = ignorant.errors(&truth);
     let claims = (0..errors.len()).filter(|index| ignorant.identifies(*index));
     let claims = claims.map(|index| wrong_errors[index] / ignorant.deviations[index]).collect();
-    let beside = found.estimate.nuisances.iter().map(|nuisance| wrong.score(nuisance)).collect();
+    let beside = found.estimate.imperfections.iter().map(|own| wrong.score(own)).collect();
     Ok(Outcome {
         scores: found.is_consistent().then_some([own, beside]),
         flagged: ignorant.estimate.size_objects || ignorant.estimate.structure_objects,
@@ -205,10 +197,12 @@ fn print(number: u64, how: &str, found: &Found) {
 }
 
 impl Wrong {
-    fn draw(known: &Nuisances, joints: usize, number: u64) -> Self {
+    fn draw(known: Keys, joints: usize, number: u64) -> Self {
         let mut draw = random(Purpose::Draw, number);
-        let together = known.acceleration_gain.is_some() && known.mass.is_some();
-        let mut factor = |known: Option<f64>| match known {
+        let together = known.len() > 1;
+        let prior =
+            |(key, prior): (&str, f64)| known.iter().any(|own| own.0 == key).then_some(prior);
+        let mut factor = |own| match prior(own) {
             None => 1.0,
             // The records do not determine the factor, so that intervals are as right as the prior. It is therefore
             // drawn from the prior.
@@ -217,11 +211,11 @@ impl Wrong {
             Some(off) => 1.0 + off,
         };
         Self {
-            delay_s: if known.delay.is_some() { DELAY_S } else { 0.0 },
-            acceleration_gain: [0, 1, 2].map(|_| factor(known.acceleration_gain)).into(),
-            mass: (0..joints).map(|_| factor(known.mass)).collect(),
-            force_gain: [0, 1, 2].map(|_| factor(known.force_gain)).into(),
-            turn: known.misalignment.map_or_else(Vector3::zeros, |angle| {
+            delay_s: prior(DELAY).map_or(0.0, |_| DELAY_S),
+            acceleration_gain: [0, 1, 2].map(|_| factor(ACCELERATION_GAIN)).into(),
+            mass: (0..joints).map(|_| factor(LINK_MASS)).collect(),
+            force_gain: [0, 1, 2].map(|_| factor(FORCE_GAIN)).into(),
+            turn: prior(ANGLE).map_or_else(Vector3::zeros, |angle| {
                 Vector3::from_fn(|_, _| draw.normal()).normalize() * angle
             }),
         }
@@ -236,15 +230,15 @@ impl Wrong {
     }
 
     /// Error of a nuisance in its standard deviations.
-    fn score(&self, found: &Nuisance) -> f64 {
-        let error = match found.coordinate {
-            Coordinate::Delay => found.value - self.delay_s,
-            Coordinate::AccelerationGain(axis) => (found.value / self.acceleration_gain[axis]).ln(),
-            Coordinate::ForceGain(axis) => (found.value / self.force_gain[axis]).ln(),
-            Coordinate::Misalignment(axis) => found.value - self.turn[axis],
-            Coordinate::Mass(link) => (found.value / self.mass[link]).ln(),
+    fn score(&self, found: &FoundImperfection) -> f64 {
+        let truth = match found.imperfection {
+            Imperfection::Delay => self.delay_s,
+            Imperfection::Gain(Sensor::Accelerometer, axis) => self.acceleration_gain[axis].ln(),
+            Imperfection::Gain(Sensor::Force, axis) => self.force_gain[axis].ln(),
+            Imperfection::Turn(Sensor::Accelerometer, axis) => self.turn[axis],
+            Imperfection::Mass(link) => self.mass[link].ln(),
             _ => f64::NAN,
         };
-        error / found.deviation
+        (found.value - truth) / found.deviation
     }
 }

@@ -5,7 +5,6 @@ use std::path::Path;
 
 use anyhow::{Context, Result};
 use flexid_core::DOF_NAMES;
-use flexid_core::calibration::Nuisances;
 use flexid_core::chain::Chain;
 use flexid_core::parameters::Bushings;
 use flexid_core::spectrum::Measurement;
@@ -96,7 +95,7 @@ impl Study {
             chain: &self.chain,
             bounds: self.scenario.bounds,
             measurement: self.measurement,
-            nuisances: Nuisances::default(),
+            sought: &[],
             statics: Vec::new(),
         }
     }
