@@ -191,7 +191,7 @@ fn says_what_it_waits_for() {
         client.state("waiting for joint angles: joint_1, joint_3 not seen");
         bus.send(Reading::Joint { index: 0, value: 0.0 });
         bus.send(Reading::Joint { index: 2, value: 0.0 });
-        client.state("waiting for the first record: 0.1 s of milling at one pose");
+        client.state("waiting for the first record: 0.1 s of milling, standing or at an even feed");
     });
 }
 

@@ -8,7 +8,7 @@ use crate::spectrum::fft::MIN_SAMPLES;
 
 /// Largest movement of a joint within a part of a record, rad (m). Chosen: a mode changes its frequency by about its own size per rad, so that half of
 /// this movement changes it by 0.5 %, half of what a damping of 1 % makes its half-width. Half as much costs information at 50 mm/s.
-const WITHIN_PART: f64 = 0.01;
+pub const WITHIN_PART: f64 = 0.01;
 /// Least parts of a record along a path. Chosen: with these the noise of a bin is known to a half. The parts of a record of 4.1 s last 0.5 s; the
 /// deviations grow by a tenth.
 const LEAST_PARTS: usize = 8;

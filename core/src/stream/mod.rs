@@ -31,7 +31,7 @@ use clock::Clock;
 pub use clock::{SET_BACK_S, STRAYS_S};
 pub use config::{AngleSignal, StreamConfig, StreamError};
 use cutter::Cutter;
-pub use feed::LEAP;
+pub use feed::{LEAP, WITHIN_PART};
 pub use health::{AngleHealth, StreamHealth};
 pub use invalid::{Invalid, Validity};
 use pose::Doubt;

@@ -145,7 +145,10 @@ impl fmt::Display for State {
                 f.write_str(" not seen")
             }
             Self::AwaitingRecord { seconds, faint_force_n, implausible } => {
-                write!(f, "waiting for the first record: {seconds:.1} s of milling at one pose")?;
+                write!(
+                    f,
+                    "waiting for the first record: {seconds:.1} s of milling, standing or at an even feed"
+                )?;
                 if let Some(largest) = faint_force_n {
                     write!(f, "; no force above {largest:.2} N so far: in kN?")?;
                 }

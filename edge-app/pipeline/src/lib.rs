@@ -10,6 +10,7 @@
 //! | [`poses`]: joint angles of tables        | [`clocks`]: instants of sensors without a common counter          |
 //! | [`receptance`]: modal tests              |                                                                   |
 //! | [`path`]: the tool's path, with forces   | [`check`]: frames to what is right and wrong in them, without a fit |
+//! | [`knowledge`]: what experiments say of a robot with imperfections | |
 #![forbid(unsafe_code)]
 
 // Its tests and those beside it share files.
@@ -23,6 +24,7 @@ pub mod config;
 pub mod dynamics;
 pub mod input;
 pub mod intake;
+pub mod knowledge;
 pub mod model;
 pub mod names;
 mod offline;
@@ -45,7 +47,9 @@ mod units;
 pub use intake::{Counts, Intake};
 pub use offline::{run_offline, run_statics};
 pub use outcome::Outcome;
-pub use record::{BINS, Experiment, MAX_EXPERIMENTS, MAX_PER_POSE, Record, SAMPLES, same_pose};
+pub use record::{
+    BINS, Experiment, MAX_EXPERIMENTS, MAX_PER_POSE, Record, SAMPLES, goes_on, same_pose,
+};
 pub use solver::{Format8, Solver, State};
 
 /// Stack of the threads that hold a stream or a solver, bytes. Core keeps some MB in place, and passes them by value when it

@@ -2,6 +2,7 @@
 
 use flexid_core::MAX_JOINTS;
 use flexid_core::chain::poses_agree;
+use flexid_core::stream::LEAP;
 
 /// Most samples of a record.
 pub const SAMPLES: usize = 32_768;
@@ -25,4 +26,9 @@ const SAME_POSE: f64 = 1e-3;
 /// Returns whether two poses (rad, m) are the same.
 pub fn same_pose(one: &[f64], other: &[f64]) -> bool {
     poses_agree(one, other, SAME_POSE)
+}
+
+/// Returns whether a path goes on from one pose to the next, rad (m): no joint leaps.
+pub fn goes_on(one: &[f64], next: &[f64]) -> bool {
+    poses_agree(one, next, LEAP)
 }

@@ -15,6 +15,14 @@ pub const MILL3: Shipped = Shipped([
     ("mill3.dbc", include_str!("../../scenario/mill3.dbc")),
 ]);
 
+/// The robot of [`MILL3`], which feeds along paths.
+pub const MILL3_FEED: Shipped = Shipped([
+    ("edge.toml", include_str!("../../scenario/mill3-edge.toml")),
+    ("mill3-model.toml", include_str!("../../scenario/mill3-model.toml")),
+    ("mill3.toml", include_str!("../../scenario/mill3-feed.toml")),
+    ("mill3.dbc", include_str!("../../scenario/mill3.dbc")),
+]);
+
 /// Six joints in gravity, without bounds.
 pub const MILL6: Shipped = Shipped([
     ("edge.toml", include_str!("../../scenario/mill6-edge.toml")),

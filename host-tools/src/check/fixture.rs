@@ -3,7 +3,9 @@
 use std::path::Path;
 
 use flexid_core::imperfection::Accuracies;
-use flexid_pipeline::check::{Examined, Excitation, Identifier, Octave, Survey, Traffic};
+use flexid_pipeline::check::{
+    Examined, Excitation, Identifier, Octave, Station, Survey, Traffic, Travel,
+};
 use flexid_pipeline::config::Config;
 use flexid_pipeline::intake::Counts;
 use flexid_pipeline::signals::OtherAngle;
@@ -50,7 +52,8 @@ pub(super) fn record(number: u64) -> Examined {
         rate_hz: 2000.0,
         has_doubtful_rate: false,
         pose: vec![0.1 * number as f64, -0.4, 0.9],
-        pose_number: number,
+        pose_number: Some(number),
+        travel: None,
         repeats: None,
         quiet_samples: 384,
         quiet_s: 0.192,
@@ -63,6 +66,28 @@ pub(super) fn record(number: u64) -> Examined {
     }
 }
 
+/// The motion of a record along a path: 10 mm/s, and 0.01 rad/s of the first joint, from this place on, m.
+fn travel(from_m: f64) -> Travel {
+    let (parts, part_s) = (8, 0.512);
+    let station = |part: usize| {
+        let seconds = (part as f64 + 0.5) * part_s;
+        let moves = 0.01 * part_s;
+        let pose = vec![from_m + 0.01 * seconds, -0.4, 0.9];
+        Station { pose, tool_m: [from_m + 0.01 * seconds, 0.0, 0.0].into(), moves, is_even: true }
+    };
+    Travel { path: 1, parts: (0..parts).map(station).collect(), part_s }
+}
+
+/// A survey of three records along a path.
+pub(super) fn feeding() -> Survey {
+    let mut survey = good();
+    for (number, record) in survey.records.iter_mut().enumerate() {
+        record.pose_number = None;
+        record.travel = Some(travel(number as f64 * 0.04096));
+    }
+    survey
+}
+
 /// A survey without a record.
 pub(super) fn empty() -> Survey {
     Survey {
@@ -72,6 +97,7 @@ pub(super) fn empty() -> Survey {
         expected: Vec::new(),
         unexpected: Vec::new(),
         records: Vec::new(),
+        shown: None,
         obstacle: None,
         implausible: Vec::new(),
         at_limit: None,

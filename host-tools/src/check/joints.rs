@@ -1,9 +1,10 @@
-//! Judges the joint angles: wrong frames, steps of a signal, angles that come no more, and why a cut ended.
+//! Judges the joint angles: wrong frames, steps of a signal, angles that come too rarely or no more, and why a cut ended.
 
 use flexid_core::spectrum::fft::MIN_SAMPLES;
-use flexid_core::stream::{LEAP, STATIC};
+use flexid_core::stream::{LEAP, STATIC, WITHIN_PART};
 use flexid_pipeline::check::{Identifier, Survey};
 use flexid_pipeline::config::Config;
+use flexid_pipeline::intake::Feeding;
 use flexid_pipeline::text::count;
 
 use super::Severity::{Doubtful, Note};
@@ -11,6 +12,9 @@ use super::words::{enumerate, hz};
 use super::{Finding, unless_all_is_lost};
 
 pub(super) const ABOUT: &str = "joints";
+/// Largest movement of a joint between two angles, rad (m): half of what it may move in a part of a record. Chosen: both halves of a part then have an
+/// angle of their own, which shows whether the robot moves evenly.
+const BETWEEN: f64 = 0.5 * WITHIN_PART;
 
 /// Judges the joint angles of a survey.
 pub(super) fn judge(config: &Config, survey: &Survey) -> Vec<Finding> {
@@ -26,6 +30,7 @@ pub(super) fn judge(config: &Config, survey: &Survey) -> Vec<Finding> {
         findings.extend(of_wrong(config, survey, joint, signal));
         findings.extend(of_steps(config, survey, joint, signal));
     }
+    findings.extend(of_feeding(config, survey));
     findings.extend(of_ends(config, survey));
     findings
 }
@@ -107,6 +112,53 @@ fn of_steps(config: &Config, survey: &Survey, joint: usize, signal: &str) -> Opt
     })
 }
 
+/// Angles that come in steps that hide where a joint is between them, and those that come too rarely for the feed.
+fn of_feeding(config: &Config, survey: &Survey) -> Vec<Finding> {
+    let all = config.signals.joints.iter().zip(&survey.counts.feeding).enumerate();
+    let all =
+        || all.clone().filter_map(|(joint, (name, own))| Some((joint, name, own, own.step()?)));
+    let are_held = |own: &Feeding| own.repeats() >= 1.0;
+    let severity = unless_all_is_lost(survey);
+    let mut findings = Vec::new();
+    let held = || all().filter(|(_, _, own, step)| are_held(own) && *step > STATIC);
+    if let Some((joint, _, own, step)) = held().max_by(|a, b| a.3.total_cmp(&b.3)) {
+        let finding = format!(
+            "{} in steps while the robot feeds, of {step:.4} {}, each held for {:.2} s: the poses of the path are as uncertain",
+            comes(held().map(|(_, name, ..)| name)),
+            unit(config, joint),
+            own.every_s()
+        );
+        let mend = "let the controller send more digits, and each angle when it is new";
+        findings.push(Finding::new(severity, ABOUT, finding, mend));
+    }
+    // A straight line is off by an eighth of the second difference, which falls with the square of the time between two angles.
+    let rarely =
+        |own: &Feeding, step: f64| (step / BETWEEN).max((own.bend() / 8.0 / STATIC).sqrt());
+    let rare = || all().filter(|(_, _, own, step)| !are_held(own) && rarely(own, *step) > 1.0);
+    let needed_hz = |own: &Feeding, step: f64| rarely(own, step) / own.every_s();
+    let worst = rare().max_by(|a, b| needed_hz(a.2, a.3).total_cmp(&needed_hz(b.2, b.3)));
+    if let Some((joint, _, own, step)) = worst {
+        let unit = unit(config, joint);
+        let finding = format!(
+            "{} too rarely for the feed, {} times a second: by {step:.4} {unit} from one angle to the next, in steps that differ by {:.4} {unit}",
+            comes(rare().map(|(_, name, ..)| name)),
+            hz(1.0 / own.every_s()),
+            own.bend()
+        );
+        let often = needed_hz(own, step).ceil();
+        let mend = format!("let the controller send each angle {often:.0} times a second or more");
+        findings.push(Finding::new(severity, ABOUT, finding, mend));
+    }
+    findings
+}
+
+/// `q1 comes`, or `q1 and q2 come`.
+fn comes<'a>(names: impl Iterator<Item = &'a String>) -> String {
+    let names: Vec<&String> = names.collect();
+    let verb = if names.len() == 1 { "comes" } else { "come" };
+    format!("{} {verb}", enumerate(names))
+}
+
 /// Joints that ended cuts before the length of a record since they moved faster than a feed, where there are fewer records than cuts.
 fn of_ends(config: &Config, survey: &Survey) -> Option<Finding> {
     let full_s = config.record_samples as f64 / config.rate_hz;
@@ -133,7 +185,8 @@ fn of_ends(config: &Config, survey: &Survey) -> Option<Finding> {
     (!moved.is_empty()).then(|| {
         let finding = format!("{}, faster than a feed, while something was cut", enumerate(moved));
         let mend = format!(
-            "feed by no more than {LEAP} rad (m) in {MIN_SAMPLES} samples, and let the controller send as small steps"
+            "feed by no more than {LEAP} rad (m) in {MIN_SAMPLES} samples, and let the controller send the angles {:.0} times a second or more",
+            (config.rate_hz / MIN_SAMPLES as f64 * LEAP / BETWEEN).ceil()
         );
         Finding::new(unless_all_is_lost(survey), ABOUT, finding, mend)
     })

@@ -1,7 +1,7 @@
 //! The findings as JSON for scripts.
 
 use anyhow::Result;
-use flexid_pipeline::check::{Examined, Identifier};
+use flexid_pipeline::check::{Examined, Identifier, Station, Travel};
 use flexid_pipeline::clocks::FoundClocks;
 use serde::Serialize;
 
@@ -40,7 +40,10 @@ struct RecordJson<'a> {
     seconds: f64,
     rate_hz: f64,
     pose: &'a [f64],
-    pose_number: u64,
+    /// `null` along a path.
+    pose_number: Option<u64>,
+    /// Motion along a path. `null` where the robot stands.
+    travel: Option<TravelJson<'a>>,
     repeats: Option<u64>,
     rest_s: f64,
     /// Fault for which the record is refused.
@@ -49,6 +52,32 @@ struct RecordJson<'a> {
     /// Share of the band's bins in which the force stands clear of its noise, 0 to 1.
     clear: Option<f64>,
     octaves: Vec<OctaveJson>,
+}
+
+/// Motion in a record along a path.
+#[derive(Serialize)]
+struct TravelJson<'a> {
+    /// Number of the path, from 1.
+    path: u64,
+    length_m: f64,
+    /// Time in which the robot moves evenly, s.
+    even_s: f64,
+    /// Largest rate of a joint in an even part, rad/s (m/s).
+    rate: f64,
+    /// Length of a part, s.
+    part_s: f64,
+    parts: Vec<StationJson<'a>>,
+}
+
+/// Where the robot is in a part.
+#[derive(Serialize)]
+struct StationJson<'a> {
+    /// Mean joint angles, rad (m).
+    pose: &'a [f64],
+    /// Place of the TCP, along the axes of the base, m.
+    tool_m: [f64; 3],
+    /// True if a fit takes the part.
+    is_even: bool,
 }
 
 #[derive(Serialize)]
@@ -88,6 +117,21 @@ fn identifier(identifier: &Identifier, is_expected: bool) -> IdentifierJson<'_> 
     }
 }
 
+fn travel(travel: &Travel) -> TravelJson<'_> {
+    TravelJson {
+        path: travel.path,
+        length_m: travel.length_m(),
+        even_s: travel.even_s(),
+        rate: travel.rate(),
+        part_s: travel.part_s,
+        parts: travel.parts.iter().map(station).collect(),
+    }
+}
+
+fn station(Station { pose, tool_m, is_even, .. }: &Station) -> StationJson<'_> {
+    StationJson { pose, tool_m: (*tool_m).into(), is_even: *is_even }
+}
+
 fn record(record: &Examined) -> RecordJson<'_> {
     let excitation = record.excitation.as_ref().ok();
     let octaves = excitation.map_or(&[][..], |excitation| &excitation.octaves).iter();
@@ -98,6 +142,7 @@ fn record(record: &Examined) -> RecordJson<'_> {
         rate_hz: record.rate_hz,
         pose: &record.pose,
         pose_number: record.pose_number,
+        travel: record.travel.as_ref().map(travel),
         repeats: record.repeats,
         rest_s: record.quiet_s,
         fault: record.excitation.as_ref().err().map(ToString::to_string),

@@ -13,8 +13,10 @@
 //! | `excitation`  | where the force stands clear of its noise                     |
 //! | `blows`       | blows of a hammer that are cut off, or come twice             |
 //! | `statics`     | the signs of static tests                                     |
+//! | `paths`       | paths along which the robot feeds, and how much of them counts |
 //! | `receptances` | what modal tests hold, and what they lack                     |
 //! | `records`     | number, poses and repetitions of the records                  |
+//! | `shown`       | what the records show of the parameters                       |
 //! | `source`      | logs that are no whole logs of `candump -L`                   |
 //! | `table`       | the findings as a table for people, `json` for scripts        |
 //!
@@ -30,11 +32,13 @@ mod fixture;
 mod identifiers;
 mod joints;
 pub(crate) mod json;
+mod paths;
 mod receptances;
 mod records;
 mod rest;
 mod sensors;
 mod setup;
+mod shown;
 mod source;
 mod statics;
 pub(crate) mod table;
@@ -130,6 +134,8 @@ impl<'a> Check<'a> {
             findings.extend(blows::judge(survey));
             let is_explained = findings.iter().any(|finding| finding.severity == Severity::Wrong);
             findings.extend(records::judge(config, survey, is_explained));
+            findings.extend(paths::judge(config, survey));
+            findings.extend(shown::judge(config, survey));
         }
         findings.extend(setup::judge(config));
         findings.extend(statics::judge(config));
@@ -159,8 +165,7 @@ impl<'a> Check<'a> {
         };
         let ready = match self.survey {
             Some(survey) => {
-                let records = count(survey.usable().count() as u64, "record");
-                format!("ready to identify: {records} in {}", count(survey.poses() as u64, "pose"))
+                format!("ready to identify: {}", records::text(survey))
             }
             None if setup::has_signals(self.config) => {
                 let joints = self.config.signals.joints.len() as u64;

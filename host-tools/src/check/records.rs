@@ -5,14 +5,13 @@ use flexid_pipeline::check::{Examined, Survey};
 use flexid_pipeline::config::Config;
 use flexid_pipeline::text::count;
 use flexid_wire::state::State;
+use flexid_wire::unused::RecordFault;
 
 use super::Severity::{Doubtful, Note, Wrong};
 use super::words::{enumerate, records};
 use super::{Finding, unless_all_is_lost};
 
 const ABOUT: &str = "records";
-/// Fewest poses for a robot of several joints. The reference robots are determined from three (README, "Which cut").
-const POSES: usize = 3;
 
 /// Judges the records of a survey. `is_explained` says whether a finding names the reason why there are none.
 pub(super) fn judge(config: &Config, survey: &Survey, is_explained: bool) -> Vec<Finding> {
@@ -23,17 +22,18 @@ pub(super) fn judge(config: &Config, survey: &Survey, is_explained: bool) -> Vec
     findings.extend(repeated(survey));
     findings.extend(refused(survey));
     findings.extend(of_rate(survey));
-    findings.extend(of_poses(config, survey));
+    findings.extend(of_places(survey));
     let most = (1..=survey.records.len() as u64)
-        .map(|pose| survey.usable().filter(|record| record.pose_number == pose).count());
+        .map(|pose| survey.usable().filter(|record| record.pose_number == Some(pose)).count());
     if most.max().unwrap_or_default() > MAX_PER_POSE {
         let finding = format!(
             "more than {MAX_PER_POSE} records at one pose: the newest {MAX_PER_POSE} are kept"
         );
-        findings.push(Finding::new(Note, ABOUT, finding, "mill in more poses instead"));
+        findings.push(Finding::new(Note, ABOUT, finding, "mill elsewhere instead"));
     }
     let full_s = config.record_samples as f64 / config.rate_hz;
-    let is_short = |record: &&Examined| record.seconds < 0.75 * full_s;
+    // A path ends where it does.
+    let is_short = |record: &&Examined| record.travel.is_none() && record.seconds < 0.75 * full_s;
     let short: Vec<u64> = survey.usable().filter(is_short).map(|record| record.number).collect();
     if !short.is_empty() {
         let finding = format!("{}: shorter than {full_s:.1} s", records(&short));
@@ -47,7 +47,7 @@ fn none(survey: &Survey, is_explained: bool) -> Finding {
     let mend = match &survey.state {
         _ if is_explained => "correct what is wrong above, then look again",
         State::AwaitingRecord { .. } => {
-            "rest for a second, then cut for a record's length while the joints hold their position"
+            "rest for a second, then cut for a record's length while the robot stands or feeds evenly"
         }
         State::AngleStopped { .. } => {
             "let the controller send all joint angles until the end of the cut"
@@ -57,7 +57,9 @@ fn none(survey: &Survey, is_explained: bool) -> Finding {
     // Other findings name the obstacle.
     let finding = match &survey.state {
         State::AwaitingRecord { seconds, .. } => {
-            format!("no record: no cut of {seconds:.1} s, or of an eighth of it, at one pose")
+            format!(
+                "no record: no cut of {seconds:.1} s, or of an eighth of it, standing or at an even feed"
+            )
         }
         _ if is_explained => "no record".to_owned(),
         state => format!("no record: {state}"),
@@ -81,8 +83,15 @@ fn refused(survey: &Survey) -> Option<Finding> {
     let faults =
         faults.filter_map(|record| Some((record.number, record.excitation.as_ref().err()?)));
     let (numbers, faults): (Vec<u64>, Vec<_>) = faults.unzip();
-    let first = faults.first()?;
-    let finding = format!("{} cannot be used, the first because {first}", records(&numbers));
+    let often = |fault: &&&RecordFault| faults.iter().filter(|other| *other == *fault).count();
+    // The first of those that are as frequent.
+    let main = faults.iter().rev().max_by_key(often)?;
+    let alike = often(&main);
+    let because = match numbers.len() - alike {
+        0 => "since".to_owned(),
+        _ => format!("{alike} of them since"),
+    };
+    let finding = format!("{} cannot be used, {because} {main}", records(&numbers));
     let mend = "correct that, or record them again";
     Some(Finding::new(unless_all_is_lost(survey), ABOUT, finding, mend))
 }
@@ -100,31 +109,30 @@ fn of_rate(survey: &Survey) -> Option<Finding> {
     })
 }
 
-fn of_poses(config: &Config, survey: &Survey) -> Option<Finding> {
-    let (usable, poses) = (survey.usable().count(), survey.poses());
-    if usable == 0 {
-        return None;
-    }
-    let finding = format!("{} in {}", count(usable as u64, "record"), count(poses as u64, "pose"));
-    let driven = config.signals.joints.len();
-    if poses < POSES && driven > 1 {
-        let mend =
-            "mill in three poses or more, as different as possible: `flexid plan` proposes some";
-        return Some(Finding::new(Doubtful, ABOUT, finding, mend));
-    }
+/// The records that a fit would take, in words: `3 records in 2 poses and along 1 path`.
+pub(super) fn text(survey: &Survey) -> String {
+    let number = survey.usable().count() as u64;
+    let places = [("in", survey.poses(), "pose"), ("along", survey.paths(), "path")];
+    let places = places.iter().filter(|(_, number, _)| *number > 0);
+    let places = places.map(|(how, number, what)| format!("{how} {}", count(*number as u64, what)));
+    format!("{} {}", count(number, "record"), enumerate(places)).trim_end().to_owned()
+}
+
+fn of_places(survey: &Survey) -> Option<Finding> {
+    survey.usable().next()?;
     let shared = shared_poses(survey);
     let same = if shared.is_empty() {
         String::new()
     } else {
         format!("; at one pose: {}", enumerate(shared))
     };
-    Some(Finding::right(ABOUT, finding + &same))
+    Some(Finding::right(ABOUT, text(survey) + &same))
 }
 
 /// The records of each pose that several have.
 fn shared_poses(survey: &Survey) -> Vec<String> {
     let of_pose = |pose| -> Vec<u64> {
-        let all = survey.usable().filter(|record| record.pose_number == pose);
+        let all = survey.usable().filter(|record| record.pose_number == Some(pose));
         all.map(|record| record.number).collect()
     };
     let poses = (1..=survey.records.len() as u64).map(of_pose);
@@ -133,11 +141,9 @@ fn shared_poses(survey: &Survey) -> Vec<String> {
 
 #[cfg(test)]
 mod tests {
-    use flexid_wire::unused::RecordFault;
-
     use super::*;
     use crate::check::Severity::Right;
-    use crate::check::fixture::{config, empty, good, record};
+    use crate::check::fixture::{config, empty, feeding, good, record};
 
     fn gravest(survey: &Survey) -> Finding {
         let all = judge(&config(), survey, false).into_iter();
@@ -148,13 +154,12 @@ mod tests {
     fn three_records_in_three_poses_are_right() {
         let mut survey = good();
         assert_eq!(gravest(&survey), Finding::right(ABOUT, "3 records in 3 poses"));
-        survey.records.push(Examined { pose_number: 1, ..record(4) });
+        survey.records.push(Examined { pose_number: Some(1), ..record(4) });
         assert_eq!(gravest(&survey).finding, "4 records in 3 poses; at one pose: records 1 and 4");
-        survey.records.truncate(2);
-        assert_eq!(
-            (gravest(&survey).severity, gravest(&survey).finding.as_str()),
-            (Doubtful, "2 records in 2 poses")
-        );
+        let mut paths = feeding();
+        assert_eq!(gravest(&paths).finding, "3 records along 1 path");
+        (paths.records[0].travel, paths.records[0].pose_number) = (None, Some(1));
+        assert_eq!(gravest(&paths).finding, "3 records in 1 pose and along 1 path");
     }
 
     #[test]
@@ -173,7 +178,7 @@ mod tests {
         let mut survey = good();
         survey.records.extend((4..=6).map(|n| Examined {
             repeats: Some(n - 3),
-            pose_number: n - 3,
+            pose_number: Some(n - 3),
             ..record(n)
         }));
         let finding = gravest(&survey);
@@ -184,12 +189,17 @@ mod tests {
     }
 
     #[test]
-    fn refused_records_are_named_with_the_fault_of_the_first() {
+    fn refused_records_are_named_with_their_most_frequent_fault() {
         let mut survey = good();
         survey.records[2].excitation = Err(RecordFault::NoForce);
         let all = judge(&config(), &survey, false);
-        assert!(all[0].finding.starts_with("record 3 cannot be used, the first because its force"));
+        assert!(all[0].finding.starts_with("record 3 cannot be used, since its force"));
         assert_eq!(all[0].severity, Doubtful);
+        survey.records[0].excitation = Err(RecordFault::Uneven);
+        survey.records[1].excitation = Err(RecordFault::Uneven);
+        let most =
+            "records 1, 2 and 3 cannot be used, 2 of them since the robot starts, stops or turns";
+        assert!(gravest(&survey).finding.starts_with(most), "{}", gravest(&survey).finding);
         survey.records.iter_mut().for_each(|record| record.excitation = Err(RecordFault::NoForce));
         assert_eq!(gravest(&survey).severity, Wrong);
     }
@@ -211,7 +221,9 @@ mod tests {
     #[test]
     fn of_many_records_at_a_pose_the_newest_are_kept() {
         let mut survey = good();
-        survey.records.extend((4..=8).map(|number| Examined { pose_number: 1, ..record(number) }));
+        survey
+            .records
+            .extend((4..=8).map(|number| Examined { pose_number: Some(1), ..record(number) }));
         let all = judge(&config(), &survey, false);
         assert!(all.iter().any(|one| one.severity == Note && one.finding.contains("newest 4")));
     }

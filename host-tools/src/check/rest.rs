@@ -10,18 +10,25 @@ const ABOUT: &str = "rest";
 /// Shortest rest whose spectrum of noise can be read, samples (`SHORTEST` in `core/src/stream/noise/periodogram.rs`). A record without it
 /// has the noise of the newest record before that has some, or else the white part of its quietest block.
 const SHORTEST: usize = 128;
+/// Time from a record to the next of the same cut, s: what the stream takes for a pause is longer.
+const PAUSE_S: f64 = 0.5;
 
 /// Judges the rest before the cuts of a survey.
 pub(super) fn judge(survey: &Survey) -> Option<Finding> {
     let has_rest = |record: &&Examined| record.quiet_samples >= SHORTEST;
-    let (with, without): (Vec<&Examined>, Vec<&Examined>) =
-        survey.usable().partition(|record| has_rest(record));
+    // A record that goes on with a cut has the noise of the record before.
+    let goes_on = |record: &&Examined| {
+        let mut before = survey.records.iter().filter(|other| other.number + 1 == record.number);
+        before.any(|before| record.start_s - (before.start_s + before.seconds) < PAUSE_S)
+    };
+    let begins = survey.usable().filter(|record| has_rest(record) || !goes_on(record));
+    let (with, without): (Vec<&Examined>, Vec<&Examined>) = begins.partition(has_rest);
     let without: Vec<u64> = without.iter().map(|record| record.number).collect();
     let shortest_s = with.iter().map(|record| record.quiet_s).reduce(f64::min);
     Some(match (shortest_s, &without[..]) {
         (None, []) => return None,
         (Some(shortest_s), []) => {
-            let finding = format!("each record begins with at least {shortest_s:.2} s of rest");
+            let finding = format!("each cut begins with at least {shortest_s:.2} s of rest");
             Finding::right(ABOUT, finding)
         }
         (Some(_), without) => {
@@ -49,10 +56,7 @@ mod tests {
     fn one_record_with_rest_gives_the_noise_of_all() {
         let mut survey = good();
         assert_eq!(judge(&survey).unwrap().severity, Right);
-        assert_eq!(
-            judge(&survey).unwrap().finding,
-            "each record begins with at least 0.19 s of rest"
-        );
+        assert_eq!(judge(&survey).unwrap().finding, "each cut begins with at least 0.19 s of rest");
         survey.records[1].quiet_samples = 64;
         let note = judge(&survey).unwrap();
         assert_eq!(
@@ -62,5 +66,11 @@ mod tests {
         survey.records.iter_mut().for_each(|record| record.quiet_samples = 0);
         assert_eq!(judge(&survey).unwrap().severity, Doubtful);
         assert_eq!(judge(&empty()), None);
+        // A cut that goes on.
+        let mut long = good();
+        (long.records[1].quiet_samples, long.records[1].start_s) = (0, 5.0 + 4.1);
+        assert_eq!(judge(&long).unwrap().severity, Right);
+        long.records[1].start_s = 5.0 + 4.7;
+        assert_eq!(judge(&long).unwrap().severity, Note);
     }
 }

@@ -6,6 +6,7 @@ use flexid_wire::words::Percent;
 
 use super::excitation::{band, silent};
 use super::identifiers::id;
+use super::paths::paths;
 use super::words::enumerate;
 use super::{Check, Finding, Severity};
 use crate::window;
@@ -25,7 +26,7 @@ pub(crate) fn text(check: &Check, columns: usize) -> String {
                  \x20start, length, rest before the cut: s; force: root mean square in the band, N\n\
                  \x20clear: share of the band's bins in which the force stands clear of its noise; below half: the bands where it does not\n",
                 records(survey, columns),
-                poses(survey)
+                places(survey)
             );
         }
     }
@@ -76,23 +77,33 @@ fn identifiers(survey: &Survey, rate_hz: f64, columns: usize) -> Table {
     table
 }
 
-/// The joint angles of each pose, a line each.
-fn poses(survey: &Survey) -> String {
+/// The joint angles of each pose, and the ends of each path, a line each.
+fn places(survey: &Survey) -> String {
+    let angles = |pose: &[f64]| {
+        let all: Vec<String> = pose.iter().map(|angle| format!("{angle:.3}")).collect();
+        all.join(" ")
+    };
     let mut lines = String::new();
     let mut last = 0;
     for record in &survey.records {
-        if record.pose_number > last {
-            last = record.pose_number;
-            let angles: Vec<String> =
-                record.pose.iter().map(|angle| format!("{angle:.3}")).collect();
-            lines += &format!(" pose {last}: joints at {} rad (m), base first\n", angles.join(" "));
+        if let Some(number) = record.pose_number.filter(|number| *number > last) {
+            last = number;
+            let pose = angles(&record.pose);
+            lines += &format!(" pose {last}: joints at {pose} rad (m), base first\n");
+        }
+    }
+    for path in paths(survey) {
+        if let Some([from, to]) = path.ends() {
+            let [from, to] = [from, to].map(|own| angles(&own.pose));
+            let (number, text) = (path.number, path.text());
+            lines += &format!(" path {number}: {text}; from {from} to {to} rad (m), base first\n");
         }
     }
     lines
 }
 
 fn records(survey: &Survey, columns: usize) -> Table {
-    let header = ["record", "start", "length", "pose", "rest", "force", "clear", "not clear"];
+    let header = ["record", "start", "length", "place", "rest", "force", "clear", "not clear"];
     let mut table = window::table(columns, header);
     let first_s = survey.records.first().map_or(0.0, |record| record.start_s);
     for record in &survey.records {
@@ -123,7 +134,10 @@ fn row(record: &Examined, first_s: f64) -> Vec<String> {
         // Two logs may have been made on different days.
         format!("{:.1}", record.start_s - first_s),
         format!("{:.2}", record.seconds),
-        record.pose_number.to_string(),
+        match (&record.travel, record.pose_number) {
+            (Some(travel), _) => format!("path {}", travel.path),
+            (None, pose) => format!("pose {}", pose.unwrap_or_default()),
+        },
         format!("{:.2}", record.quiet_s),
         force,
         clear,

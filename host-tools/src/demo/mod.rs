@@ -1,4 +1,4 @@
-//! The main job in one command: a simulated robot mills, the daemon identifies it while the frames arrive,
+//! The main job in one command: a simulated robot mills along paths, the daemon identifies it while the frames arrive,
 //! and the readout shows what is found.
 
 mod bus;
@@ -17,7 +17,7 @@ use flexid_pipeline::config::{Config, Listen};
 use flexid_pipeline::stop::Stop;
 use flexid_simulation::bus::BusSender;
 use flexid_simulation::coverage::Coverage;
-use flexid_simulation::shipped::{MILL3, MILL6};
+use flexid_simulation::shipped::{MILL3_FEED, MILL6};
 use flexid_simulation::simulator::{Simulator, Truth};
 use flexid_simulation::transmission::Quality;
 use flexid_simulation::truth::Shared;
@@ -35,6 +35,8 @@ use bus::DemoBus;
 const EXPERIMENTS: usize = 3;
 /// Time that the daemon may work after the last frame.
 const PATIENCE: Duration = Duration::from_secs(30);
+/// Time after the last frame until the daemon has cut the last record.
+const SILENCE: Duration = Duration::from_secs(2);
 
 /// Lines that say what to try after the demo.
 const NEXT: &str = "
@@ -51,7 +53,7 @@ struct Args {
     /// Which robot: nominal, or drawn:SEED for one drawn from the scenario's bounds, or plausibly without any
     #[arg(long, default_value = "nominal")]
     truth: Truth,
-    /// A robot of six joints in gravity, of which no bounds are known
+    /// A robot of six joints in gravity, of which no bounds are known; it stands in each of three poses
     #[arg(long)]
     six_joints: bool,
     /// Seed of cutting forces and noise
@@ -66,7 +68,7 @@ pub fn main() -> ExitCode {
 
 fn run(args: &Args) -> Result<()> {
     let folder = tempfile::tempdir().context("no temporary folder")?;
-    let scenario = if args.six_joints { MILL6 } else { MILL3 };
+    let scenario = if args.six_joints { MILL6 } else { MILL3_FEED };
     let mut config = Config::load(&scenario.write(folder.path()).context("temporary folder")?)?;
     let quality = Quality { noise: 1.0, drop: 0.0 };
     let simulator = Simulator::new(&config, args.truth, quality, args.seed)?;
@@ -130,10 +132,13 @@ fn watch(address: &Listen, experiments: u64, robot_is_done: impl Fn() -> bool) -
             screen.hear(&view)?;
         }
         screen.draw(&view)?;
-        let done = view.settled().is_some_and(|report| report.fit.records >= experiments);
         if robot_is_done() && patience.is_none() {
             patience = Some(Instant::now() + PATIENCE);
         }
+        // A record still comes out when the bus has fallen silent.
+        let is_late = patience.is_some_and(|end| Instant::now() + PATIENCE > end + SILENCE);
+        let done =
+            is_late && view.settled().is_some_and(|report| report.fit.records >= experiments);
         if done || patience.is_some_and(|end| Instant::now() > end) {
             screen.clear()?;
             return Ok(view);

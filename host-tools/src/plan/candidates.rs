@@ -9,12 +9,12 @@ use flexid_core::spectrum::{self, SpectrumError};
 use flexid_core::statics::StaticTest;
 use flexid_core::stream::Record;
 use flexid_pipeline::config::Config;
+use flexid_pipeline::knowledge::Knowledge;
 use flexid_pipeline::{BINS, SAMPLES};
 use rand_core::SeedableRng as _;
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rayon::iter::{IntoParallelIterator as _, IntoParallelRefIterator as _, ParallelIterator as _};
 
-use super::knowledge::Knowledge;
 use flexid_simulation::experiment::Cut;
 use flexid_simulation::force::{self, OVERSAMPLING};
 use flexid_simulation::scenario::{Cutting, Experiment, Feed, Sampling, Scenario};

@@ -11,13 +11,11 @@
 //! | [`start`]      | the information at the start: bounds, or an estimate      |
 //! | [`candidates`] | the experiments to choose from, and their information     |
 //! | [`greedy`]     | the choice                                                |
-//! | `knowledge`    | what experiments say of a robot with imperfections        |
 //! | [`prediction`] | the expected precision of the parameters                  |
 //! | [`table`]      | the plan for people                                       |
 
 pub mod candidates;
 pub mod greedy;
-mod knowledge;
 mod parameters;
 pub mod prediction;
 pub mod start;
@@ -26,13 +24,13 @@ pub mod table;
 use std::cmp::Ordering;
 
 use flexid_core::refine::Information;
+use flexid_pipeline::knowledge::Knowledge;
 use flexid_simulation::scenario::{Experiment, Feed};
 use rayon::iter::{IntoParallelRefIterator as _, ParallelIterator as _};
 use serde::Serialize;
 
 use candidates::{Candidate, Candidates};
 use greedy::Criterion;
-use knowledge::Knowledge;
 pub(crate) use parameters::parameters;
 use prediction::Prediction;
 use start::Start;

@@ -15,6 +15,7 @@ mod import;
 mod lobes;
 mod map;
 mod new;
+mod paths;
 mod pedestal;
 mod pipes;
 mod plan;

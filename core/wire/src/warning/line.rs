@@ -160,7 +160,7 @@ impl fmt::Display for UnsureCause {
                 let directions = Count((*directions).into(), "combination");
                 write!(
                     f,
-                    "; these poses hardly determine {least}{directions} of parameters: record more poses"
+                    "; these cuts hardly determine {least}{directions} of parameters: mill in regions far from these"
                 )
             }
             Self::Noise { ssp } => {

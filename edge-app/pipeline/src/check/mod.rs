@@ -4,7 +4,9 @@
 //! | ------------ | ---------------------------------------------------- |
 //! | `traffic`    | the frames of each identifier, and their rate        |
 //! | `record`     | one record: its pose, its rest, what it repeats      |
+//! | `travel`     | where the robot goes in a record along a path        |
 //! | `excitation` | where the force of a record stands clear of its noise |
+//! | `shown`      | what all records show of the parameters              |
 //! | `blows`      | the blows of a hammer in a record                    |
 //!
 //! The intake and the judgements of a record are those of the daemon: what the survey refuses, the daemon refuses.
@@ -12,11 +14,15 @@
 mod blows;
 mod excitation;
 mod record;
+mod shown;
 mod traffic;
+mod travel;
 
+use std::collections::BTreeSet;
 use std::io;
 use std::time::Duration;
 
+use flexid_core::refine::Information;
 use flexid_wire::implausible::{Implausible, Signals};
 use flexid_wire::misfits::FrameId;
 use flexid_wire::rate::{RateUsed, WrongRate};
@@ -36,8 +42,10 @@ pub use blows::Blows;
 pub use excitation::{Excitation, Octave};
 pub use record::Examined;
 use record::Examiner;
+use shown::Shown;
 use traffic::Watched;
 pub use traffic::{Identifier, Traffic};
+pub use travel::{Station, Travel};
 
 pub use crate::intake::plausibility::rest::AtRest;
 
@@ -56,6 +64,9 @@ pub struct Survey {
     pub unexpected: Vec<Identifier>,
     /// Records in the order in which they came.
     pub records: Vec<Examined>,
+    /// What the records that a fit would take, and the static tests, show of the unknowns of a robot in the middle of its bounds. `None` where nobody
+    /// asked for it.
+    pub shown: Option<Information>,
     /// Reason why most frames cannot become records. Records may have come all the same.
     pub obstacle: Option<Obstacle>,
     /// Kinds of implausible readings, the gravest first.
@@ -90,12 +101,15 @@ impl Survey {
         self.records.iter().filter(|record| record.is_usable())
     }
 
-    /// Returns the number of poses of the records that a fit would take.
+    /// Returns the number of poses of the records that a fit would take in which the robot stands.
     pub fn poses(&self) -> usize {
-        let mut poses: Vec<u64> = self.usable().map(|record| record.pose_number).collect();
-        poses.sort_unstable();
-        poses.dedup();
-        poses.len()
+        self.usable().filter_map(|record| record.pose_number).collect::<BTreeSet<_>>().len()
+    }
+
+    /// Returns the number of paths of the records that a fit would take.
+    pub fn paths(&self) -> usize {
+        let travels = self.usable().filter_map(|record| record.travel.as_ref());
+        travels.map(|travel| travel.path).collect::<BTreeSet<_>>().len()
     }
 }
 
@@ -112,14 +126,19 @@ pub fn survey(
 ) -> io::Result<Survey> {
     on_a_large_stack(|| {
         let mut surveyor = Surveyor::new(config, source)?;
+        let mut shown = Shown::new(config)?;
         let mut records = 0;
-        let mut take = |_: Candidate<'_>| {
+        let mut take = |Candidate { experiment, ratio, .. }: Candidate<'_>| {
+            // A record that repeats another one has no ratio.
+            if let (Ok(experiment), Some(_)) = (&experiment, ratio) {
+                shown.add(experiment);
+            }
             records += 1;
             on_record(records);
         };
         surveyor.read(&mut take);
         surveyor.finish(&mut take);
-        Ok(surveyor.survey())
+        Ok(Survey { shown: shown.information(), ..surveyor.survey() })
     })
 }
 
@@ -178,6 +197,7 @@ impl<'a> Surveyor<'a> {
         Survey {
             clocks: intake.tell_clocks().cloned(),
             state: intake.state(config),
+            shown: None,
             obstacle: obstacle(&counts, config),
             elsewhere: source.elsewhere(),
             began_s: source.began_s().unwrap_or_default(),

@@ -11,6 +11,7 @@ use flexid_wire::warning::Warning;
 
 use super::blows::Blows;
 use super::excitation::Excitation;
+use super::travel::Travel;
 use crate::config::Config;
 use crate::intake::plausibility::{Axes, Scale};
 use crate::record::{Record, SAMPLES, same_pose};
@@ -33,8 +34,10 @@ pub struct Examined {
     /// Joint angles, rad (m), base first.
     pub pose: Vec<f64>,
     /// Number of the pose, from 1, in the order in which the poses came. Records whose angles differ by at most 1e-3 rad (m) have the
-    /// same.
-    pub pose_number: u64,
+    /// same. `None` along a path.
+    pub pose_number: Option<u64>,
+    /// Motion along a path. `None` where the robot stands.
+    pub travel: Option<Travel>,
     /// Number of the record that this one repeats: they share more than half of their samples.
     pub repeats: Option<u64>,
     /// Number of samples before the cut, in which nothing is cut.
@@ -106,6 +109,8 @@ impl<'a> Examiner<'a> {
                 self.axes.note(experiment);
             }
         }
+        let travelled = self.records.iter().rev().find_map(|record| record.travel.as_ref());
+        let travel = Travel::of(record, &self.chain, travelled);
         let samples = record.force[0].len();
         let quiet_samples = record.quiet_samples(self.config.signals.force_resolution);
         self.records.push(Examined {
@@ -115,7 +120,8 @@ impl<'a> Examiner<'a> {
             rate_hz: record.rate_hz,
             has_doubtful_rate: record.has_doubtful_rate,
             pose: record.pose.to_vec(),
-            pose_number: self.pose_number(&record.pose),
+            pose_number: travel.is_none().then(|| self.pose_number(&record.pose)),
+            travel,
             repeats,
             quiet_samples,
             quiet_s: quiet_samples as f64 / record.rate_hz,
@@ -140,8 +146,9 @@ impl<'a> Examiner<'a> {
     }
 
     fn pose_number(&self, pose: &[f64]) -> u64 {
-        let known = self.records.iter().find(|other| same_pose(&other.pose, pose));
-        let newest = self.records.iter().map(|other| other.pose_number).max();
-        known.map_or(newest.unwrap_or_default() + 1, |other| other.pose_number)
+        let known = || self.records.iter().filter_map(|own| Some((&own.pose, own.pose_number?)));
+        let newest = known().map(|(_, number)| number).max().unwrap_or_default();
+        let same = known().find(|(own, _)| same_pose(own, pose));
+        same.map_or(newest + 1, |(_, number)| number)
     }
 }

@@ -1,8 +1,10 @@
 //! Counts of what has come in.
 
+use flexid_core::MAX_JOINTS;
 use flexid_core::stream::StreamHealth;
 use flexid_wire::misfits::Misfit;
 
+use super::feeding::Feeding;
 use super::plausibility::Implausible;
 
 /// Counts of what has come in so far.
@@ -30,6 +32,8 @@ pub struct Counts {
     pub not_finite: u64,
     /// Implausible readings.
     pub implausible: Implausible,
+    /// How the angle of each joint came in records along a path, base first.
+    pub feeding: [Feeding; MAX_JOINTS],
     /// Number of errors that the bus reported.
     pub bus_errors: u64,
     /// Counts of the stream.

@@ -1,6 +1,7 @@
 //! Turns frames into records, by source, signal table and stream.
 
 mod counts;
+mod feeding;
 mod misfit;
 mod obstacle;
 pub(crate) mod plausibility;
@@ -23,6 +24,8 @@ use crate::signals::{Decoder, NoReading, SignalTable};
 use crate::source::{Arrival, Content, Flow, Frame, FrameSource};
 use crate::unchecked;
 pub use counts::Counts;
+use feeding::Angles;
+pub use feeding::Feeding;
 use misfit::Misfits;
 pub(crate) use misfit::frame_id;
 use obstacle::{ReadingFaults, counters_jump, frames_of_record, frames_of_sensors};
@@ -46,6 +49,7 @@ pub struct Intake<'a> {
     unknown: UnknownFrames,
     reading_faults: ReadingFaults,
     plausibility: Plausibility,
+    angles: Angles,
     /// Readings of sensors with clocks of their own, until the recording ends.
     kept: Option<Box<Recording>>,
     /// What was told of these clocks.
@@ -88,6 +92,7 @@ impl<'a> Intake<'a> {
             unknown: UnknownFrames::default(),
             reading_faults: ReadingFaults::default(),
             plausibility: Plausibility::new(config),
+            angles: Angles::new(config.record_samples as f64 / config.rate_hz),
             kept: config.own_clocks().map(|expected| Box::new(Recording::new(expected))),
             clocks: None,
             judged: StreamHealth::default(),
@@ -124,6 +129,7 @@ impl<'a> Intake<'a> {
             unknown,
             reading_faults,
             plausibility,
+            angles,
             kept,
             ..
         } = self;
@@ -142,9 +148,11 @@ impl<'a> Intake<'a> {
             if let Some(kept) = kept {
                 return kept.push(time_s, reading);
             }
+            angles.note(time_s, &reading);
             stream.push(time_s, reading, |record| {
                 has_record = true;
                 plausibility.note_record(record);
+                angles.note_record(record);
                 sink(record);
             });
         };
@@ -192,9 +200,11 @@ impl<'a> Intake<'a> {
         self.tell_clocks();
         if let Some(kept) = self.kept.take() {
             kept.give(|time_s, reading| {
+                self.angles.note(time_s, &reading);
                 self.stream.push(time_s, reading, |record| {
                     has_record = true;
                     self.plausibility.note_record(record);
+                    self.angles.note_record(record);
                     sink(record);
                 });
             });
@@ -202,6 +212,7 @@ impl<'a> Intake<'a> {
         self.stream.finish(|record| {
             has_record = true;
             self.plausibility.note_record(record);
+            self.angles.note_record(record);
             sink(record);
         });
         self.plausibility.note_stream(&self.stream_health());
@@ -238,6 +249,7 @@ impl<'a> Intake<'a> {
             standing_still: self.reading_faults.standing_still,
             not_finite: self.reading_faults.not_finite,
             implausible: self.plausibility.implausible(),
+            feeding: self.angles.feeding,
             stream: self.stream_health(),
             ..self.counts
         }

@@ -28,6 +28,8 @@ pub struct FittedRecord {
     pub starts_at_rest: bool,
     /// Joint angles of the part, rad (m).
     pub pose: Vec<f64>,
+    /// Joint angles of all parts that the fit takes, in their order, rad (m). Empty where the robot stands.
+    pub path: Vec<Vec<f64>>,
     /// Number of tones that have been subtracted from the acceleration.
     pub tones: usize,
     /// The parts of the band in which the force stands clear of its noise.
@@ -132,6 +134,10 @@ impl FittedRecord {
             samples,
             starts_at_rest: record.is_some_and(|record| record.starts_at_rest),
             pose: experiment.path[middle].pose.to_vec(),
+            path: match experiment.divided {
+                1 => Vec::new(),
+                _ => experiment.path.iter().map(|part| part.pose.to_vec()).collect(),
+            },
             tones: experiment.tones.len(),
             excitation: Excitation::of(experiment, band_hz),
             bins: left.iter().filter(|own| part.contains(&own.bin)).map(bin).collect(),

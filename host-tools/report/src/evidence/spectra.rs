@@ -33,6 +33,10 @@ pub struct RecordEvidence {
     pub starts_at_rest: bool,
     /// Joint angles, rad (m).
     pub pose: Vec<f64>,
+    /// Joint angles of the parts of a record along a path, in their order, without those that are left out, rad (m): `pose`, `seconds` and `spectra` are
+    /// those of the middle one. Empty where the robot stands.
+    #[serde(default)]
+    pub path: Vec<Vec<f64>>,
     /// Number of the pose, from 1, in the order in which they came.
     pub pose_number: usize,
     /// Root mean square of the force in the band, all axes together, N.
@@ -89,6 +93,7 @@ impl RecordEvidence {
             has_doubtful_rate: record.has_doubtful_rate,
             starts_at_rest: record.starts_at_rest,
             pose: record.pose.clone(),
+            path: record.path.clone(),
             pose_number,
             rms_force_n: rounded(record.excitation.rms_force_n),
             lines: record.tones,

@@ -10,6 +10,7 @@ mod imperfections;
 mod modes;
 mod origin;
 mod parameters;
+mod path;
 mod quality;
 mod receptance;
 mod residuals;
@@ -62,6 +63,7 @@ pub fn render(document: &Document, name: &str, sha256: Option<&str>) -> String {
                         (spectra::section(document))
                         (parameters::section(document))
                         (modes::section(document, &poses))
+                        (path::section(document))
                         (residuals::section(document))
                         (imperfections::section(document))
                         h2 { "Details" }
@@ -99,7 +101,8 @@ impl<'a> Pose<'a> {
     }
 }
 
-/// The first poses of the records, each once, and the number of others.
+/// The poses of the records that differ most, each once, and the number of others: the first, then again and again the one that is farthest from those
+/// before it.
 fn poses(document: &Document) -> (Vec<Pose<'_>>, usize) {
     let mut poses: Vec<&Vec<f64>> = Vec::new();
     for pose in &document.found.robot.found().poses {
@@ -108,8 +111,21 @@ fn poses(document: &Document) -> (Vec<Pose<'_>>, usize) {
         }
     }
     let others = poses.len().saturating_sub(MOST_POSES);
-    let first = poses.into_iter().take(MOST_POSES);
-    (first.map(|angles| Pose::new(document, angles.clone())).collect(), others)
+    let distance = |one: &[f64], other: &[f64]| -> f64 {
+        one.iter().zip(other).map(|(one, other)| (one - other).powi(2)).sum()
+    };
+    let mut drawn: Vec<usize> = (0..poses.len().min(1)).collect();
+    while drawn.len() < poses.len().min(MOST_POSES) {
+        let nearest = |index: usize| {
+            let all = drawn.iter().map(|own| distance(poses[*own], poses[index]));
+            all.fold(f64::INFINITY, f64::min)
+        };
+        let farthest = (0..poses.len()).max_by(|a, b| nearest(*a).total_cmp(&nearest(*b)));
+        drawn.extend(farthest);
+    }
+    drawn.sort_unstable();
+    let drawn = drawn.into_iter().map(|index| Pose::new(document, poses[index].clone()));
+    (drawn.collect(), others)
 }
 
 /// Contents that open by their title.

@@ -56,11 +56,15 @@ pub(super) fn others_title(records: &[RecordEvidence], drawn: &[&RecordEvidence]
     format!("{} of {}", drawn.len(), count(others, "further record"))
 }
 
-/// Number, pose and angles of a record.
+/// Number, pose and angles of a record, or of its middle part.
 pub(super) fn title(record: &RecordEvidence) -> String {
     let what = if record.is_of_test { ", a modal test" } else { "" };
     let RecordEvidence { number, pose_number, .. } = record;
-    format!("Record {number}{what}, pose {pose_number}, {} rad (m)", pose(&record.pose))
+    let own = pose(&record.pose);
+    match record.path.len() {
+        0 => format!("Record {number}{what}, pose {pose_number}, {own} rad (m)"),
+        parts => format!("Record {number}, the middle one of its {parts} parts, at {own} rad (m)"),
+    }
 }
 
 /// Unit of the acceleration of a record.

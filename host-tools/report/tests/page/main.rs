@@ -134,6 +134,36 @@ fn sections_stand_in_order_and_every_curve_is_drawn() {
     }
 }
 
+/// Records 1 and 2 are on one path, and record 3 is on another one.
+#[test]
+fn paths_are_drawn_on_the_way_of_the_tool() {
+    let mut result = result();
+    assert!(!page(&result).contains("Along the path"));
+    let part = |part: usize| json!([0.02 * part as f64, -0.4, 0.9]);
+    for (record, first) in [0, 8, 40].into_iter().enumerate() {
+        let parts: Vec<Value> = (first..first + 8).map(part).collect();
+        result["records"][record]["path"] = json!(parts);
+    }
+    let page = page(&result);
+    for text in [
+        "Path 1: records 1 to 2, 16 parts, ",
+        "from (0.000, −0.400, 0.900) to (0.300, −0.400, 0.900) rad (m)",
+        "Path 2: record 3, 8 parts, ",
+        "Record 2, the middle one of its 8 parts, at ",
+    ] {
+        assert!(page.contains(text), "{text:?}");
+    }
+    let is_of_path = |chart: &&&str| chart.contains("way of the tool / mm");
+    let all = charts(&page);
+    let of_path: Vec<&&str> = all.iter().filter(is_of_path).collect();
+    assert_eq!(of_path.len(), 2);
+    // Modes and stiffness are joined over all places; a receptance is one line in each of three panels.
+    for chart in of_path {
+        assert!(lines(chart, BLUE) >= 1 + 1 + 3, "{}", lines(chart, BLUE));
+        assert_eq!(lines(chart, ORANGE), 1 + 3);
+    }
+}
+
 /// Ten accuracies are neither contradicted nor as expected where the fit allows no interval.
 #[test]
 fn an_error_without_an_interval_is_not_known() {

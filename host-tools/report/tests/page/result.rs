@@ -73,6 +73,7 @@ pub(crate) fn evidence(robot: &FoundRobot) -> Evidence {
         has_doubtful_rate: false,
         starts_at_rest: true,
         pose: pose.clone(),
+        path: Vec::new(),
         pose_number: index + 1,
         rms_force_n: 120.0,
         lines: 0,
