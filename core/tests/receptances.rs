@@ -36,7 +36,7 @@ const WHOLE: Test = Test {
     axes: [true; 3],
     noise: NOISE,
     decay: 0.0,
-    first_hz: 0.0,
+    first_hz: 1.0,
 };
 
 /// The frequency responses of a robot in the scenario's poses.
@@ -149,7 +149,7 @@ fn a_window_that_is_not_stated_shows() {
     let truth = nominal();
     let mut tested = tested(&Test { decay: 3.0, ..WHOLE }, &truth, &mut random);
     for experiment in &mut tested {
-        experiment.kind = flexid_core::spectrum::Kind::Receptance { decay: 0.0, first: 0.0 };
+        experiment.kind = flexid_core::spectrum::Kind::Receptance { decay: 0.0, first: TAU };
     }
     let estimate = settle(&mut identifier(parameters(3)), &tested);
     let relative = relative(&estimate);
