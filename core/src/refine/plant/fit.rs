@@ -3,6 +3,7 @@
 use super::super::Refinement;
 use super::super::fit::{Assembled, Fit};
 use super::super::levenberg_marquardt::{LevenbergMarquardt, Outcome, Remaining};
+use super::super::model::Model;
 use super::super::problem::Problem;
 use super::super::proposal::FLOOR;
 use super::super::sizes::ParameterNormal;
@@ -16,10 +17,11 @@ use super::domain::{PlantDomain, Point};
 use super::factors::Restated;
 use super::objective::OfPlant;
 use super::retired::RetiredOfPlant;
+use crate::chain::linearise::LinearisationError;
 use crate::imperfection::{self, Correction, MAX_IMPERFECTIONS};
 use crate::linear::normal::Normal;
 use crate::sought::{Coordinates, MAX_UNKNOWNS};
-use crate::spectrum::Experiment;
+use crate::spectrum::{Experiment, Site};
 use crate::verdict::FOREIGN;
 
 impl Refinement {
@@ -201,6 +203,16 @@ impl Refinement {
 }
 
 impl Plant {
+    /// The model where the fit stands, in a record of this number at a site.
+    pub(in super::super) fn model(
+        &self,
+        problem: &Problem<'_>,
+        site: Site<'_>,
+        record: usize,
+    ) -> Result<Model, LinearisationError> {
+        self.imperfections.model(problem, &self.point, site, record)
+    }
+
     /// The static tests of a problem where the plant stands, which also seek its imperfections.
     pub(in crate::refine) fn statics<'a>(&'a self, problem: &'a Problem<'_>) -> Statics<'a> {
         self.imperfections.statics(problem, &self.point)

@@ -5,7 +5,6 @@ use heapless::Vec;
 use super::super::model::Model;
 use super::super::problem::Problem;
 use super::super::statics::Statics;
-use super::Plant;
 use super::change::{Change, STEP};
 use super::columns::Columns;
 use super::derived::{Base, derive};
@@ -108,16 +107,4 @@ impl Imperfections {
 fn values(all: &[(Imperfection, f64)], point: &Point) -> impl Iterator<Item = (Imperfection, f64)> {
     let values = all.iter().zip(&point.imperfections);
     values.map(|(&(imperfection, deviation), p)| (imperfection, p * deviation))
-}
-
-impl Plant {
-    /// The model where the fit stands, in a record of this number at a site.
-    pub(in super::super) fn model(
-        &self,
-        problem: &Problem<'_>,
-        site: Site<'_>,
-        record: usize,
-    ) -> Result<Model, LinearisationError> {
-        self.imperfections.model(problem, &self.point, site, record)
-    }
 }
