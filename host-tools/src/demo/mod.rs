@@ -34,7 +34,7 @@ use bus::DemoBus;
 /// Number of experiments that the robot does, from the first of the scenario.
 const EXPERIMENTS: usize = 3;
 /// Time that the daemon may work after the last frame.
-const PATIENCE: Duration = Duration::from_secs(30);
+const PATIENCE: Duration = Duration::from_secs(90);
 /// Time after the last frame until the daemon has cut the last record.
 const SILENCE: Duration = Duration::from_secs(2);
 
