@@ -179,8 +179,10 @@ impl Pose {
         let known = &mut self.angles[joint];
         // Whole turns of a joint that turns are none.
         let before = known.track.newest().unwrap_or(angle);
-        let change = signal.difference(angle, before);
-        known.track.read(arrived, before + change, spacing);
+        known.track.read(arrived, before + signal.difference(angle, before), spacing);
+        // Equal readings differ by nothing, and sums of differences by their rounding.
+        let change =
+            known.sender.newest.map_or(0.0, |(newest, _)| signal.difference(angle, newest));
         // A sender whose silence proves nothing may turn out to be one on change only now.
         known.run.note(change, known.standing(samples, 0));
         let before_s = known.sender.newest.map_or(time_s, |(_, before_s)| before_s);
