@@ -192,7 +192,7 @@ mod tests {
             (b"SQLite format 3\0\x10\0CREATE TABLE topics(id, serialization_format", "is a bag of ROS 2 in SQLite: "),
             (b"MATLAB 7.3 MAT-file\0", "is an HDF5 file, "),
             (b"\x89HDF\r\n\x1A\n\0", "is an HDF5 file, "),
-            (b"    -1\n   151\nMODEL\n", "is a universal file (UFF): "),
+            (b"    -1\n   151\nMODEL\n", "is a universal file (UFF), and not named in [receptance] file: "),
             (b"\xFD7zXZ\0\0\x04", "is packed with xz: "),
             // Formats that the configuration's reader knows are known here, too.
             (b"\xD0\xCF\x11\xE0\xA1\xB1", "is a workbook of Excel: save its sheet as CSV"),
