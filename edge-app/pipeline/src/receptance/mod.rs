@@ -10,7 +10,7 @@
 //! | `assembly` | functions to receptances, with a variance for each bin             |
 //! | `measured` | a receptance, in the axes of the robot                             |
 //!
-//! A list names the files with their poses, in the columns of [poses](crate::poses):
+//! A list names the files with their poses, in the columns of [`crate::poses`]:
 //!
 //! ```text
 //! file,q1 [deg],q2 [deg],q3 [deg],px,py,pz
