@@ -7,6 +7,7 @@
 
 mod coordinate;
 mod error;
+mod text;
 mod values;
 
 use heapless::Vec;
@@ -27,7 +28,7 @@ pub const STIFF: f64 = 1e10;
 const LOSS: f64 = 1e-6;
 
 /// Role of a parameter in a fit.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, PartialEq)]
 enum Role {
     /// The chain does not have the parameter.
     Absent,
@@ -47,7 +48,7 @@ impl Role {
 }
 
 /// The unknowns of the fit of a chain: the role of each coordinate, and the unknowns that follow from the roles.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, PartialEq)]
 pub struct Sought {
     joints: usize,
     /// Number of unknown parameters.
