@@ -99,7 +99,7 @@ fn escape_sequences_do_not_reach_the_terminal() {
 fn work_shows_its_progress_on_a_terminal() {
     let folder = found();
     for (arguments, work) in [
-        ("plan --config edge.toml --poses 4", &["weighing", "choosing"][..]),
+        ("plan --config edge.toml --poses 32", &["weighing", "choosing"][..]),
         ("map o.json --points 30", &["mapping"]),
         (
             "lobes o.json --teeth 2 --kt 700 --angles 0,90 --feed 1,0,0 --rpm 60,1200",
