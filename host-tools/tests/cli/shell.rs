@@ -115,6 +115,7 @@ fn work_shows_its_progress_on_a_terminal() {
         let command = format!("{FLEXID} {arguments}");
         let terminal = Command::new("script")
             .args(["-qec", &command, "/dev/null"])
+            .env("TERM", "xterm")
             .current_dir(folder.path())
             .stdin(Stdio::null())
             .output()
