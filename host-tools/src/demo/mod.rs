@@ -112,13 +112,13 @@ fn run(args: &Args) -> Result<()> {
     Ok(print(NEXT)?)
 }
 
-/// The robot does its experiments in real time.
-fn mill(mut simulator: Simulator, mut bus: BusSender) -> Result<()> {
+/// The robot does its experiments in real time. Returns its end of the bus: a daemon whose bus is closed ends.
+fn mill(mut simulator: Simulator, mut bus: BusSender) -> Result<BusSender> {
     let experiments = simulator.scenario().experiments.clone();
     for experiment in experiments.iter().take(EXPERIMENTS) {
         bus.play(&simulator.perform(experiment, |_| ())?, |_| {})?;
     }
-    Ok(())
+    Ok(bus)
 }
 
 /// Shows the daemon's messages until it has settled on all experiments.
