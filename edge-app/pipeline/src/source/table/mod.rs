@@ -120,8 +120,8 @@ type Pose = heapless::Vec<f64, MAX_JOINTS>;
 #[derive(Clone, Debug)]
 struct Angles {
     values: Pose,
-    /// Time at which they came last, s.
-    came_s: f64,
+    /// Time at which each came last, s.
+    came_s: [f64; MAX_JOINTS],
 }
 
 impl<'a> TableLog<'a> {
@@ -194,7 +194,7 @@ impl<'a> TableLog<'a> {
         // Without any rate the config refuses the table.
         let pace = pace.unwrap_or(Pace::even(1.0 / layout.rate_hz.unwrap_or(1.0)));
         let shown = Shown { rate_hz, steps: steps(&ahead), own_clocks };
-        let angles = Angles { values: heapless::Vec::new(), came_s: 0.0 };
+        let angles = Angles { values: heapless::Vec::new(), came_s: [0.0; MAX_JOINTS] };
         Ok(Self {
             file: file.to_owned(),
             rows,
@@ -313,24 +313,24 @@ impl<'a> TableLog<'a> {
         ))
     }
 
-    /// Passes on the angles of a row that differ from those before, and all of them in a cycle.
+    /// Passes on the angles of a row that differ from those before, and one that has stayed the same in a cycle. An empty cell repeats none: the joint
+    /// may have moved since.
     fn note_angles(&mut self, row: &Row, instant: &Instant, batch: &mut Vec<Arrival>) {
         let Angles { values, came_s } = &mut self.angles;
         if !row.joints.is_empty() && values.is_empty() {
             values.resize(row.joints.len(), f64::NAN).ok();
         }
-        let is_due = instant.begins.is_some() || instant.time_s - *came_s >= CYCLE_S;
-        if is_due {
-            *came_s = instant.time_s;
-        }
-        let joints = row.joints.iter().copied().chain(std::iter::repeat(f64::NAN));
-        for (index, (value, angle)) in (0..).zip(values.iter_mut().zip(joints)) {
+        for (index, (value, came_s)) in values.iter_mut().zip(came_s).enumerate() {
+            // A pose that is stated of the cut holds in all rows.
+            let angle = row.joints.get(index).copied().unwrap_or(*value);
+            let is_due = !angle.is_nan() && instant.time_s - *came_s >= CYCLE_S;
             let changes = !angle.is_nan() && angle != *value;
             if changes {
                 *value = angle;
             }
-            if (is_due || changes) && !value.is_nan() {
-                batch.push(joint(instant.time_s, index, *value));
+            if (instant.begins.is_some() || is_due || changes) && !value.is_nan() {
+                *came_s = instant.time_s;
+                batch.push(joint(instant.time_s, index as u8, *value));
             }
         }
     }

@@ -376,12 +376,34 @@ fn angles_come_in_a_cycle_and_when_they_change() {
             (10.0, 90.0),
             (20.0, 90.0),
             (25.0, 91.0),
-            (30.0, 91.0),
-            (40.0, 91.0),
+            (35.0, 91.0),
+            (45.0, 91.0),
             (49.0, 91.0)
         ]
     );
     assert_eq!(angles(&arrivals, 1).len(), 6);
+}
+
+/// A joint that turns evenly, and whose angles come a hundred times a second, in rows at 2 kHz that lie a little off the milliseconds.
+#[test]
+fn an_angle_that_joints_have_left_is_not_repeated() {
+    let angle = |row: u32| 0.02 * f64::from(row) * 5e-4;
+    for holds in [false, true] {
+        let row = |row: u32| {
+            let newest = row - row % 20;
+            let cell = if holds || row == newest { format!("{:.9}", angle(newest)) } else { String::new() };
+            format!("{:.6},1,2,3,0,0,1,{cell}\n", f64::from(row) * 4.999e-4)
+        };
+        let text = format!("{},q1\n{}", NAMES.trim_end(), (0..3981).map(row).collect::<String>());
+        let table = TableLog::open(Path::new(FILE), text.as_bytes(), &layout(None, &["q1"]), None);
+        let (arrivals, _) = all(table.unwrap());
+        let told = angles(&arrivals, 0);
+        assert!((200..=201).contains(&told.len()), "{} readings", told.len());
+        for (time_s, told) in told {
+            let off = told - angle((time_s / 4.999e-4).round() as u32);
+            assert!(off.abs() < 1e-8, "{told} rad at {time_s} s is {off} rad off");
+        }
+    }
 }
 
 #[test]
