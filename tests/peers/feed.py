@@ -151,13 +151,14 @@ def main():
     tallies = {}
     for feed in chosen.feeds:
         for number in range(chosen.first, chosen.first + chosen.robots):
-            folder = chosen.folder / f"{chosen.joints}-{number}-{feed:g}"
+            line = f"-{chosen.line:g}" if chosen.line else ""
+            folder = chosen.folder / f"{chosen.joints}-{number}-{feed:g}{line}"
             if not (folder / "truth.json").exists():
                 simulate(folder, chosen.joints, number, feed, chosen.line)
             for accuracy in chosen.accuracies:
-                line, tally = identify(flexid, folder, accuracy)
+                told, tally = identify(flexid, folder, accuracy)
                 tallies.setdefault((feed, accuracy), []).append(tally)
-                print(f"{feed:>4g} {number:>6}   {accuracy:<9} {line}", flush=True)
+                print(f"{feed:>4g} {number:>6}   {accuracy:<9} {told}", flush=True)
     print("\nfeed   accuracy  identified of all, intervals that hold, worst miss in standard deviations")
     for (feed, accuracy), own in tallies.items():
         given, hold, worst = sum(one[0] for one in own), sum(one[1] for one in own), max(one[2] for one in own)
