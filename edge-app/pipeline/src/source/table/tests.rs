@@ -391,7 +391,11 @@ fn an_angle_that_joints_have_left_is_not_repeated() {
     for holds in [false, true] {
         let row = |row: u32| {
             let newest = row - row % 20;
-            let cell = if holds || row == newest { format!("{:.9}", angle(newest)) } else { String::new() };
+            let cell = if holds || row == newest {
+                format!("{:.9}", angle(newest))
+            } else {
+                String::new()
+            };
             format!("{:.6},1,2,3,0,0,1,{cell}\n", f64::from(row) * 4.999e-4)
         };
         let text = format!("{},q1\n{}", NAMES.trim_end(), (0..3981).map(row).collect::<String>());
