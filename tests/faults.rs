@@ -30,7 +30,6 @@ fn main() -> ExitCode {
         test("interface_deleted_and_made_again", interface_deleted_and_made_again),
         test("interface_missing_at_start", interface_missing_at_start),
         test("what_may_mend_itself_is_no_bad_input", what_may_mend_itself_is_no_bad_input),
-        test("solver_makes_way_or_says_so", solver_makes_way_or_says_so),
         test("frames_of_wrong_length", frames_of_wrong_length),
         test("client_sends_rubbish", client_sends_rubbish),
         test("client_reads_nothing", client_reads_nothing),
@@ -142,37 +141,6 @@ fn what_may_mend_itself_is_no_bad_input() -> Result<()> {
     let user = ["--bounding-set=-all", "--inh-caps=-all", "flexid-edge", "--config", "edge.toml"];
     ends("setpriv", &user, &["flexid.state: cannot be read: Permission denied"])?;
     ensure!(bench.path("flexid.state").exists(), "the state was put aside");
-    Ok(())
-}
-
-/// The solver has niceness 10. Where it may not have that, here since a user may not undo a higher one, a line says so.
-fn solver_makes_way_or_says_so() -> Result<()> {
-    bus::restore()?;
-    let bench = Bench::scenario()?;
-    let edge = bench.edge()?;
-    let niceness = || -> Result<Option<String>> {
-        for task in fs::read_dir(format!("/proc/{}/task", edge.id()))? {
-            let stat = fs::read_to_string(task?.path().join("stat"))?;
-            // Behind the name: state and fifteen numbers, then the niceness, proc(5).
-            if let Some((_, rest)) = stat.split_once("(flexid-solver) ") {
-                return Ok(rest.split(' ').nth(16).map(str::to_owned));
-            }
-        }
-        Ok(None)
-    };
-    until("the solver has niceness 10", Duration::from_secs(10), || {
-        Ok(niceness()?.as_deref() == Some("10"))
-    })?;
-    ensure!(!edge.errors()?.contains("setpriority"), "{}", edge.errors()?);
-    bench.stop(edge)?;
-
-    let user = ["-n", "19", "setpriv", "--bounding-set=-all", "--inh-caps=-all", "flexid-edge"];
-    let user = user.into_iter().chain(["--config", "edge.toml"]);
-    let edge = bench.start("edge", "nice", user)?;
-    until("the log says so", Duration::from_secs(20), || {
-        Ok(edge.errors()?.contains("the solver has the priority of the other threads"))
-    })?;
-    bench.stop(edge)?;
     Ok(())
 }
 

@@ -3,6 +3,7 @@
 //! Reading never waits for the solver or a client. A record without room in the queue is given up. Messages
 //! for clients are published, and each client's thread fetches them.
 
+mod bus_news;
 mod keeping;
 mod order;
 mod report_log;
@@ -17,28 +18,32 @@ use std::time::{Duration, Instant};
 
 use crossbeam_channel::{Sender, TrySendError, bounded};
 use flexid_pipeline::config::Config;
-use flexid_pipeline::source::{ErrorCounts, Flow, FrameSource, LinkState, SourceHealth};
+use flexid_pipeline::source::{Flow, FrameSource, LinkState, SourceHealth};
 use flexid_pipeline::stop::Stop;
 use flexid_pipeline::{Counts, Intake, Outcome, Record, STACK};
-use flexid_wire::messages::{BusErrors, BusHealth, BusState, FromEdge, Status};
+use flexid_wire::messages::{FromEdge, Status};
 use flexid_wire::state::State;
 use flexid_wire::text::clipped;
 use flexid_wire::trouble::Trouble;
+use thread_priority::{
+    NormalThreadSchedulePolicy, ThreadPriority, ThreadSchedulePolicy,
+    set_thread_priority_and_policy, thread_native_id, thread_schedule_policy,
+};
 use tracing::{error, info, warn};
 
 use crate::latest::Latest;
+use crate::manager::Watchdog;
 use crate::reload::Reload;
 use crate::server::{self, Listener};
 use crate::store::Store;
 use crate::threads::no_thread;
+use bus_news::{bus_health, log_changes};
 use order::{Order, UnusedRecords, lock};
 use solving::Solving;
 use state_log::StateLog;
 
 /// Most records that may wait for the solver: more than half a minute of milling.
 const QUEUE: usize = 8;
-/// Niceness of the solver. All other work of the controller comes first, above all the reading of the bus.
-const SOLVER_NICE: i32 = 10;
 /// Interval at which the reader checks the stop switch while the bus is silent.
 const LOOK: Duration = Duration::from_millis(200);
 /// Silence of force and acceleration after which the present record ends.
@@ -59,6 +64,8 @@ pub struct Daemon<'a> {
     pub reload: Option<&'a Reload>,
     /// File in which the state is kept. `None` if it need not be kept.
     pub store: Option<&'a Store>,
+    /// Watchdog that ends the daemon if its reader hangs. `None` if there is none.
+    pub watchdog: Option<Watchdog>,
 }
 
 /// Runs a daemon that keeps no state and whose config stays. See [`Daemon::run`].
@@ -71,7 +78,7 @@ pub fn run(
     listeners: &[Listener],
     stop: &Stop,
 ) -> io::Result<Outcome> {
-    Daemon { config, listeners, stop, reload: None, store: None }.run(source)
+    Daemon { config, listeners, stop, reload: None, store: None, watchdog: None }.run(source)
 }
 
 impl Daemon<'_> {
@@ -98,25 +105,19 @@ impl Daemon<'_> {
 
     /// Reads and solves. The last report is published when it returns.
     fn work(&self, source: &mut dyn FrameSource, latest: &Latest) -> io::Result<Outcome> {
-        let Self { config, stop, reload, store, .. } = *self;
+        let Self { config, stop, reload, store, watchdog, .. } = *self;
         let (sender, receiver) = bounded(QUEUE);
         let unused: &UnusedRecords = &Mutex::new(None);
         let big = |name: &str| thread::Builder::new().name(name.into()).stack_size(STACK);
         let (mut outcome, solving) = thread::scope(|scope| {
-            let reader = Reader { latest, unused, stop, reload };
+            let reader = Reader { latest, unused, stop, reload, watchdog };
             let reader = big("flexid-reader")
                 .spawn_scoped(scope, move || reader.run(config, source, &sender))
                 .map_err(no_thread("flexid-reader"))?;
             let solver = big("flexid-solver").spawn_scoped(scope, move || {
                 // Without a solver there is no reason to read.
                 let _end = StopAtEnd(stop);
-                // On Linux the priority belongs to the thread.
-                if let Err(error) = rustix::process::setpriority_process(None, SOLVER_NICE) {
-                    warn!(
-                        "the solver has the priority of the other threads, since it may not have niceness {SOLVER_NICE}: \
-                         setpriority: {error}"
-                    );
-                }
+                make_way();
                 Solving::begin(config, stop, store, latest, unused)?.run(&receiver)
             });
             let solver =
@@ -127,6 +128,19 @@ impl Daemon<'_> {
         })?;
         solving.end(&mut outcome);
         Ok(outcome)
+    }
+}
+
+/// Gives this thread the processor only while nobody else wants it: all other work of the controller comes first, above all the reading of
+/// the bus.
+fn make_way() {
+    let idle = ThreadSchedulePolicy::Normal(NormalThreadSchedulePolicy::Idle);
+    // It fails as well where the thread is idle but may not set its niceness, which then has no meaning.
+    let set = set_thread_priority_and_policy(thread_native_id(), ThreadPriority::Min, idle);
+    if let Err(error) = set
+        && thread_schedule_policy() != Ok(idle)
+    {
+        warn!("the solver has the priority of the other threads: SCHED_IDLE is refused: {error}");
     }
 }
 
@@ -151,6 +165,7 @@ struct Reader<'a> {
     unused: &'a UnusedRecords,
     stop: &'a Stop,
     reload: Option<&'a Reload>,
+    watchdog: Option<Watchdog>,
 }
 
 /// Values that stay from one config to the next.
@@ -159,6 +174,9 @@ struct Watch {
     health: SourceHealth,
     given_up: u64,
     states: StateLog,
+    watchdog: Option<Watchdog>,
+    /// Time from the start to the newest record, s.
+    newest_record_s: Option<f64>,
 }
 
 /// Why reading ends.
@@ -180,7 +198,9 @@ impl Reader<'_> {
         let mut config = Arc::new(config.clone());
         let begun = Instant::now();
         let (health, states) = (source.health(), StateLog::new(begun));
-        let mut watch = Watch { begun, health, given_up: 0, states };
+        let watchdog = self.watchdog;
+        let mut watch =
+            Watch { begun, health, given_up: 0, states, watchdog, newest_record_s: None };
         loop {
             match self.read(config, source, sender, &mut watch)? {
                 End::Outcome(outcome) => return Ok(*outcome),
@@ -230,6 +250,9 @@ impl Reader<'_> {
                 intake.finish(keep_in(&mut cut));
                 heard = Instant::now();
             }
+            if !cut.is_empty() {
+                watch.newest_record_s = Some(watch.begun.elapsed().as_secs_f64());
+            }
             watch.given_up += self.hand_over(cut, intake.counts(), sender);
             if let Some(next) = next {
                 let counts = intake.counts();
@@ -251,6 +274,8 @@ impl Reader<'_> {
                 watch.health = log_changes(&watch.health, now);
                 self.publish(&config, &intake, watch, rate);
                 (published, published_frames) = (Instant::now(), frames);
+                // Here all of the reader's work is done once: wherever it hangs, the watchdog hears nothing.
+                watch.watchdog.as_mut().into_iter().for_each(Watchdog::tell);
             }
         }
         self.keep_last(&mut intake, sender);
@@ -304,9 +329,8 @@ impl Reader<'_> {
 
     fn publish(&self, config: &Config, intake: &Intake, watch: &mut Watch, frames_per_second: f64) {
         let Config { model, interface, .. } = config;
-        let Watch { begun, health, given_up, states } = watch;
+        let Watch { begun, health, given_up, states, newest_record_s, .. } = watch;
         let counts = intake.counts();
-        let stream = &counts.stream;
         let state = intake.state(config);
         let unused = || lock(self.unused).clone().map(State::Unused);
         // An obstacle to the next record comes before the fate of the last.
@@ -325,75 +349,18 @@ impl Reader<'_> {
             interface: clipped(interface),
             state: fault.map_or(state, |fault| State::BusFault(fault.clone())),
             record_fraction: intake.record_fraction(),
+            newest_record_s: *newest_record_s,
         }));
-        self.latest.publish(FromEdge::BusHealth(BusHealth {
-            state: match health.link {
-                LinkState::Up => BusState::Up,
-                LinkState::Down => BusState::Down,
-                LinkState::BusOff => BusState::BusOff,
-                LinkState::Gone => BusState::Gone,
-            },
-            frames: stream.frames,
-            frames_lost: stream.frames_lost,
-            bridged: stream.bridged,
-            restarts: stream.restarts,
-            repeated: stream.repeated,
-            frames_wrong_length: counts.wrong_length,
-            frames_unknown: counts.unknown,
-            frames_not_data: counts.not_data,
-            frames_clipped: counts.clipped,
-            kernel_dropped: health.kernel_dropped,
-            receive_buffer_bytes: health.receive_buffer_bytes,
-            samples_discarded: stream.samples_discarded + *given_up,
-            refused: stream.refused,
-            wrong_rate: stream.wrong_rate,
-            measured_rate_hz: stream.measured_rate_hz,
+        self.latest.publish(FromEdge::BusHealth(bus_health(
+            &counts,
+            health,
+            *given_up,
             frames_per_second,
-            fault: health.fault.clone(),
-            errors: bus_errors(&health.errors),
-            doubtful_rate: stream.doubtful_rate,
-            measured_rate_std_hz: stream.measured_rate_std_hz,
-        }));
+        )));
     }
 }
 
 /// Copies records, which are large, to the heap.
 fn keep_in(cut: &mut Vec<Box<Record>>) -> impl FnMut(&Record) {
     |record| cut.push(Box::new(record.clone()))
-}
-
-/// Converts the error counts for the wire.
-fn bus_errors(errors: &ErrorCounts) -> BusErrors {
-    BusErrors {
-        bus_off: errors.bus_off,
-        restarted: errors.restarted,
-        controller_passive: errors.controller_passive,
-        controller_warning: errors.controller_warning,
-        controller_overflow: errors.controller_overflow,
-        protocol: errors.protocol,
-        no_acknowledgement: errors.no_acknowledgement,
-        transceiver: errors.transceiver,
-        lost_arbitration: errors.lost_arbitration,
-        transmit_timeout: errors.transmit_timeout,
-    }
-}
-
-/// Logs each fault of the bus when it comes and when it is over. Returns `now`.
-fn log_changes(before: &SourceHealth, now: SourceHealth) -> SourceHealth {
-    if now.fault != before.fault {
-        match (&now.fault, &before.fault) {
-            (Some(fault), _) => warn!("{fault}"),
-            (None, Some(fault)) if before.link == LinkState::Up => info!("over: {fault}"),
-            (None, _) => info!("the link is up again"),
-        }
-    }
-    let errors = now.errors.bus_off - before.errors.bus_off;
-    if errors > 0 && now.link != LinkState::BusOff {
-        warn!("the controller was bus-off in the meantime, {errors} times");
-    }
-    if now.kernel_dropped > before.kernel_dropped {
-        let dropped = now.kernel_dropped - before.kernel_dropped;
-        warn!("the kernel dropped {dropped} frames: raise net.core.rmem_max");
-    }
-    now
 }

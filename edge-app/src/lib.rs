@@ -2,9 +2,12 @@
 //! arguments, so that the demo and the tests run the code of the daemon.
 #![forbid(unsafe_code)]
 
+pub mod client;
 pub mod console;
 pub mod daemon;
+pub mod health;
 pub mod latest;
+pub mod manager;
 pub mod reload;
 pub mod server;
 pub mod store;

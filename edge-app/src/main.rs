@@ -12,11 +12,14 @@ use anyhow::Context as _;
 use clap::Parser;
 use flexid_edge::console::{self, PrintError};
 use flexid_edge::daemon::Daemon;
+use flexid_edge::health::{Health, Level};
+use flexid_edge::manager::Watchdog;
 use flexid_edge::reload::Reload;
 use flexid_edge::server::Listener;
 use flexid_edge::store::{ClaimError, Store};
 use flexid_edge::threads::{Detached, no_thread};
 use flexid_edge::usage;
+use flexid_pipeline::config::Config;
 use flexid_pipeline::input::BadInput;
 use flexid_pipeline::report::Summary;
 use flexid_pipeline::source::{CanSocket, FrameSource, OpenError};
@@ -27,20 +30,33 @@ use service::{Service, Signals};
 use tracing::info;
 
 /// Finds the stiffness and damping of a robot's joints while it mills, from force and acceleration on the CAN
-/// bus. Runs until SIGTERM or SIGINT; SIGHUP has it read its config again. Exit status: 0 done, 2 bad input or usage, 1 anything else.
+/// bus. Runs until SIGTERM or SIGINT; SIGHUP has it read its config again. Exit status: 0 done, 2 bad input or usage, 1 anything else;
+/// with --check 0 well, 1 a warning, 2 critical, 3 unknown.
 #[derive(Parser)]
 #[command(version)]
 struct Arguments {
     /// The file that names robot, bus, signals and bounds
     #[arg(long, value_name = "EDGE.toml")]
     config: PathBuf,
+    /// Say how the running daemon of this config is, as a plugin of Nagios does
+    #[arg(long)]
+    check: bool,
+    /// With --check, warn of a newest record that is so many seconds old
+    #[arg(long, value_name = "S", requires = "check", value_parser = clap::value_parser!(u64).range(1..))]
+    max_age: Option<u64>,
 }
 
 fn main() -> ExitCode {
     let arguments: Arguments = match usage::parse() {
         Ok(arguments) => arguments,
+        Err(_) if std::env::args_os().any(|argument| argument == "--check") => {
+            return ExitCode::from(Level::Unknown as u8);
+        }
         Err(status) => return status,
     };
+    if arguments.check {
+        return check(&arguments);
+    }
     let mut log = Log::start();
     match run(&arguments) {
         Ok(()) => ExitCode::SUCCESS,
@@ -50,6 +66,20 @@ fn main() -> ExitCode {
             ExitCode::from(if is_mistake { 2 } else { 1 })
         }
     }
+}
+
+/// Prints the health of the daemon that runs with this config.
+fn check(arguments: &Arguments) -> ExitCode {
+    let health = match Config::load_live(&arguments.config) {
+        Ok(Config { file, listen, .. }) => match listen.first() {
+            Some(address) => Health::of(address, arguments.max_age),
+            None => Health::unknown(BadInput::new(&file, "[server] listen names no address")),
+        },
+        Err(error) => Health::unknown(error),
+    };
+    // Without its line a status means little.
+    let level = console::print(&health.to_string()).map_or(Level::Unknown, |()| health.level);
+    ExitCode::from(level as u8)
 }
 
 fn run(arguments: &Arguments) -> anyhow::Result<()> {
@@ -98,6 +128,7 @@ fn run(arguments: &Arguments) -> anyhow::Result<()> {
         stop: &stop,
         reload: Some(&reload),
         store: store.as_ref(),
+        watchdog: Watchdog::of_this_process(),
     };
     let outcome = thread::scope(|scope| {
         thread::Builder::new()

@@ -1,4 +1,4 @@
-//! Signals to the daemon, and messages to the service manager.
+//! Signals to the daemon, of which the service manager hears.
 
 use std::fmt::Display;
 use std::io;
@@ -8,6 +8,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::Duration;
 
+use flexid_edge::manager::notify;
 use flexid_edge::reload::Reload;
 use flexid_edge::threads::Detached;
 use flexid_pipeline::config::Config;
@@ -134,11 +135,4 @@ fn notify_reloading() {
     let time = NotifyState::monotonic_usec_now();
     let states: Vec<_> = std::iter::once(NotifyState::Reloading).chain(time).collect();
     notify(&states);
-}
-
-/// Notifies the service manager. Does nothing without systemd.
-fn notify(states: &[NotifyState]) {
-    if let Err(error) = sd_notify::notify(states) {
-        warn!("the service manager does not listen: {error}");
-    }
 }

@@ -126,6 +126,7 @@ pub(crate) struct StatusJson<'a> {
     state: String,
     state_kind: &'a State,
     record_fraction: f32,
+    newest_record_s: Option<f64>,
 }
 
 /// The version of a result. It is read first: the other entries of another version may be unreadable.
@@ -255,7 +256,8 @@ fn explanation<'a>(value: &'a Explanation, nuisances: &[Nuisance]) -> Explanatio
 
 impl<'a> From<&'a Status> for StatusJson<'a> {
     fn from(status: &'a Status) -> Self {
-        let Status { uptime_s, model, joints, interface, state, record_fraction } = status;
+        let Status { uptime_s, model, joints, interface, state, record_fraction, newest_record_s } =
+            status;
         Self {
             uptime_s: *uptime_s,
             model,
@@ -264,6 +266,7 @@ impl<'a> From<&'a Status> for StatusJson<'a> {
             state: state.to_string(),
             state_kind: state,
             record_fraction: *record_fraction,
+            newest_record_s: *newest_record_s,
         }
     }
 }
@@ -419,11 +422,12 @@ mod tests {
             interface: clipped("vcan0"),
             state: State::NoAngles([clipped("q2")].into_iter().collect()),
             record_fraction: 0.5,
+            newest_record_s: None,
         };
         let expected = json!({
             "uptime_s": 1.5, "model": "mill3", "joints": 3, "interface": "vcan0",
             "state": "waiting for joint angles: q2 not seen", "state_kind": { "no_angles": ["q2"] },
-            "record_fraction": 0.5,
+            "record_fraction": 0.5, "newest_record_s": null,
         });
         assert_eq!(serde_json::to_value(StatusJson::from(&status)).unwrap(), expected);
         // The sample of the manual.

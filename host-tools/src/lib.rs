@@ -2,7 +2,6 @@
 #![forbid(unsafe_code)]
 
 mod check;
-pub mod client;
 pub mod commands;
 mod compare;
 mod compensate;
@@ -13,6 +12,7 @@ mod json;
 mod lobes;
 mod map;
 pub mod mesh;
+mod metrics;
 mod new;
 mod numbers;
 mod picture;

@@ -118,6 +118,8 @@ pub struct Status {
     pub state: State,
     /// Part of a full record that has been taken of the present cut, 0 to 1; 0 without a cut.
     pub record_fraction: f32,
+    /// Time from the start of the daemon to its newest record, s; `None` before the first.
+    pub newest_record_s: Option<f64>,
 }
 
 /// Phase of the identification.

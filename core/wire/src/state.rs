@@ -123,6 +123,20 @@ pub enum Sensor {
     Acceleration,
 }
 
+impl State {
+    /// Returns whether the state needs nobody to act.
+    pub fn is_in_order(&self) -> bool {
+        match self {
+            Self::NoFrames => true,
+            Self::AwaitingRecord { implausible, faint_force_n, .. } => {
+                implausible.is_none() && faint_force_n.is_none()
+            }
+            Self::Measuring { implausible } => implausible.is_none(),
+            _ => false,
+        }
+    }
+}
+
 impl fmt::Display for State {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {

@@ -39,7 +39,7 @@ const SCHEMA_KEYS: [(u16, [u8; 8]); 14] = [
     (11, [38, 227, 52, 82, 59, 87, 202, 96]),
     (12, [120, 86, 121, 169, 189, 234, 115, 213]),
     (13, [72, 196, 183, 192, 63, 121, 25, 235]),
-    (14, [214, 137, 122, 58, 194, 24, 60, 100]),
+    (14, [212, 64, 106, 33, 110, 13, 55, 84]),
 ];
 
 /// `message` is exactly these bytes, and these bytes are exactly `message`.
@@ -216,8 +216,9 @@ fn from_edge_status() {
             interface: clipped("vcan0"),
             state: State::NoAngles([clipped("q2")].into_iter().collect()),
             record_fraction: 0.5,
+            newest_record_s: Some(0.5),
         }),
-        "1f000000 02 000000000000f83f 056d696c6c33 03 057663616e30 07 01 027132 0000003f",
+        "28000000 02 000000000000f83f 056d696c6c33 03 057663616e30 07 01 027132 0000003f 01 000000000000e03f",
     );
 }
 

@@ -106,7 +106,7 @@ impl StateLog {
             return None;
         }
         self.said = Some(kind.clone());
-        let line = if is_in_order(state) { Line::Info(text) } else { Line::Warning(text) };
+        let line = if state.is_in_order() { Line::Info(text) } else { Line::Warning(text) };
         self.tally.line(kind, line, now)
     }
 
@@ -128,7 +128,7 @@ impl StateLog {
         let minutes = DROUGHT.as_secs() / 60;
         Some(match lost_cuts(counts, &wait.counts) {
             Some(cuts) => Line::Warning(format!("no record for {minutes} min: {cuts}; {state}")),
-            None if is_in_order(state) => Line::Info(format!("no cut for {minutes} min")),
+            None if state.is_in_order() => Line::Info(format!("no cut for {minutes} min")),
             None => Line::Warning(format!("no record for {minutes} min: {state}")),
         })
     }
@@ -151,18 +151,6 @@ fn lost_cuts(now: &Counts, before: &Counts) -> Option<String> {
         reasons.map(|(now, before, reason): (u64, _, _)| (now.saturating_sub(before), reason));
     let (cuts, reason) = grown.into_iter().rev().max_by_key(|(cuts, _)| *cuts)?;
     (cuts > 0).then(|| format!("{} {reason}", count(cuts, "cut")))
-}
-
-/// Returns whether a state needs nobody to act.
-fn is_in_order(state: &State) -> bool {
-    match state {
-        State::NoFrames => true,
-        State::AwaitingRecord { implausible, faint_force_n, .. } => {
-            implausible.is_none() && faint_force_n.is_none()
-        }
-        State::Measuring { implausible } => implausible.is_none(),
-        _ => false,
-    }
 }
 
 #[cfg(test)]

@@ -185,7 +185,8 @@ fn a_restarted_daemon_goes_on() {
     let run = |frames: Vec<Arrival>| {
         let store = Store::find(Some(&file)).unwrap();
         let (stop, listeners, store) = (Stop::new(), &[], Some(&store));
-        let daemon = Daemon { config: &config, listeners, stop: &stop, reload: None, store };
+        let daemon =
+            Daemon { config: &config, listeners, stop: &stop, reload: None, store, watchdog: None };
         timeless(daemon.run(&mut Replay { frames: frames.into_iter(), breaks: false }).unwrap())
     };
     let half = run(first.clone());
@@ -218,8 +219,14 @@ fn records_wait_until_they_are_kept() {
         thread::scope(|scope| {
             scope.spawn(|| {
                 let (stop, listeners, store) = (Stop::new(), &[], Some(&store));
-                let daemon =
-                    Daemon { config: &config, listeners, stop: &stop, reload: None, store };
+                let daemon = Daemon {
+                    config: &config,
+                    listeners,
+                    stop: &stop,
+                    reload: None,
+                    store,
+                    watchdog: None,
+                };
                 let frames = Vec::new().into_iter();
                 daemon.run(&mut Replay { frames, breaks: false }).unwrap();
                 ended.store(true, Ordering::Relaxed);
@@ -353,7 +360,14 @@ fn the_end_in_mid_record_keeps_the_record() {
     thread::scope(|scope| {
         let daemon = scope.spawn(|| {
             let (listeners, store) = (&[], Some(&store));
-            let daemon = Daemon { config: &config, listeners, stop: &stop, reload: None, store };
+            let daemon = Daemon {
+                config: &config,
+                listeners,
+                stop: &stop,
+                reload: None,
+                store,
+                watchdog: None,
+            };
             daemon.run(&mut Feed(arrivals))
         });
         frames.chunks(500).for_each(|frames| feed.send(frames.to_vec()).unwrap());
@@ -382,7 +396,8 @@ fn reloaded_with(next: &[Config], store: Option<&Store>) -> Outcome {
     thread::scope(|scope| {
         let daemon = scope.spawn(|| {
             let reload = Some(&reload);
-            let daemon = Daemon { config: &begun, listeners, stop: &stop, reload, store };
+            let daemon =
+                Daemon { config: &begun, listeners, stop: &stop, reload, store, watchdog: None };
             daemon.run(&mut Feed(frames))
         });
         // In small pieces, as a bus brings them.

@@ -62,7 +62,14 @@ fn while_it_solves(file: &Path, test: impl FnOnce()) {
     thread::scope(|scope| {
         let daemon = scope.spawn(|| {
             let (listeners, store) = (&[], Some(&store));
-            let daemon = Daemon { config: &config, listeners, stop: &stop, reload: None, store };
+            let daemon = Daemon {
+                config: &config,
+                listeners,
+                stop: &stop,
+                reload: None,
+                store,
+                watchdog: None,
+            };
             daemon.run(&mut Feed(arrivals))
         });
         visits(&config, &POSES[..1])
@@ -181,8 +188,14 @@ fn a_state_that_cannot_be_read_stays() {
     symlink(&file, &file).unwrap();
     let store = Store::find(Some(&file)).unwrap();
     let (config, stop) = (config(), Stop::new());
-    let daemon =
-        Daemon { config: &config, listeners: &[], stop: &stop, reload: None, store: Some(&store) };
+    let daemon = Daemon {
+        config: &config,
+        listeners: &[],
+        stop: &stop,
+        reload: None,
+        store: Some(&store),
+        watchdog: None,
+    };
     let frames = Vec::new().into_iter();
     let error = daemon.run(&mut Replay { frames, breaks: false }).unwrap_err().to_string();
     assert!(error.contains("flexid.state: cannot be read: "), "{error}");
@@ -240,6 +253,7 @@ fn the_state_that_was_just_put_aside_stays() {
             stop: &stop,
             reload: None,
             store: Some(&store),
+            watchdog: None,
         };
         let frames = Vec::new().into_iter();
         daemon.run(&mut Replay { frames, breaks: false }).unwrap();

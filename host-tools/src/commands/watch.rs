@@ -1,13 +1,16 @@
 //! `flexid watch`: what a running daemon finds, live.
 
+use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use anyhow::{Context as _, Result, bail};
 use clap::value_parser;
 use flexid_console::exit::BadArgument;
+use flexid_edge::client::{self, Client, ClientError};
+use flexid_pipeline::config::Listen;
 use flexid_pipeline::stop::Stop;
 
-use crate::client::{self, Client};
+use crate::metrics::Metrics;
 use crate::show::screen::Screen;
 use crate::show::view::View;
 
@@ -46,6 +49,9 @@ pub(super) struct Args {
     /// End after so many seconds; until then wait for a daemon that is not there yet
     #[arg(long, value_name = "S")]
     timeout: Option<f64>,
+    /// Keep the numbers in this file, FILE.prom, for the folder of text files of node_exporter; flexid_up is 0 once the daemon is lost
+    #[arg(long, value_name = "FILE")]
+    metrics: Option<PathBuf>,
 }
 
 /// The event to wait for.
@@ -62,7 +68,21 @@ pub(super) fn run(args: &Args) -> Result<()> {
         None => None,
         Some(seconds) => Some(deadline(seconds)?),
     };
-    let mut client = Client::connect(&address, deadline)?;
+    let mut metrics = Metrics::new(args.metrics.as_deref())?;
+    let outcome = watch(args, &address, deadline, &mut metrics);
+    if outcome.as_ref().is_err_and(|error| error.is::<ClientError>()) {
+        metrics.write_lost()?;
+    }
+    outcome
+}
+
+fn watch(
+    args: &Args,
+    address: &Listen,
+    deadline: Option<Instant>,
+    metrics: &mut Metrics,
+) -> Result<()> {
+    let mut client = Client::connect(address, deadline)?;
     let interrupted = Stop::on_signals().context("signals cannot be caught")?;
     let mut view = View::default();
     let mut screen = Screen::with_keys(args.json);
@@ -80,7 +100,9 @@ pub(super) fn run(args: &Args) -> Result<()> {
         }
         let quits = screen.obey();
         screen.draw(&view)?;
+        metrics.update(&view)?;
         if args.until == Some(Until::Identified) && view.identified(args.records) {
+            metrics.write(&view)?;
             return screen.end(&view);
         }
         let when = if deadline.is_some_and(|end| Instant::now() >= end) {
@@ -90,6 +112,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
         } else {
             continue;
         };
+        metrics.write(&view)?;
         screen.end(&view)?;
         return match args.until {
             Some(Until::Identified) => {

@@ -10,8 +10,8 @@ use flexid_console::exit::BadArgument;
 use flexid_edge::console::{complain, print};
 use flexid_pipeline::stop::Stop;
 
-use crate::client;
 use crate::web::{connections, follow, service};
+use flexid_edge::client;
 
 /// Interval at which the command sees a signal.
 const LOOK: Duration = Duration::from_millis(200);

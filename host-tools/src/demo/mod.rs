@@ -23,11 +23,11 @@ use flexid_simulation::transmission::Quality;
 use flexid_simulation::truth::Shared;
 use flexid_simulation::validation;
 
-use crate::client::Client;
 use crate::show::screen::Screen;
 use crate::show::table;
 use crate::show::view::{REDRAW, View};
 use crate::window;
+use flexid_edge::client::Client;
 
 use bus::DemoBus;
 

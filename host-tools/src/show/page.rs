@@ -325,6 +325,7 @@ pub(crate) mod tests {
             interface: clipped("vcan0"),
             state: State::Measuring { implausible: None },
             record_fraction: 0.62,
+            newest_record_s: Some(80.0),
         }));
         view.take(FromEdge::Progress(Progress {
             phase: Phase::Refining,

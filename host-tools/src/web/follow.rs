@@ -10,8 +10,8 @@ use tokio::sync::watch;
 use super::PACE;
 use super::parts::{self, Parts};
 use super::state::{Link, State};
-use crate::client::{Client, ClientError};
 use crate::show::view::View;
+use flexid_edge::client::{Client, ClientError};
 
 /// Interval between two attempts to connect.
 const RETRY: Duration = Duration::from_millis(500);

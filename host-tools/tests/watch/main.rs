@@ -2,6 +2,7 @@
 
 mod connection;
 mod end;
+mod metrics;
 mod news;
 mod printed;
 mod spectra;

@@ -1,6 +1,6 @@
 //! The messages of the daemon.
 
-use flexid_wire::confidence::{Confidence, JointIntervals};
+use flexid_wire::confidence::{Confidence, Correlations, JointIntervals};
 use flexid_wire::finding::Finding;
 use flexid_wire::messages::{BusErrors, BusHealth, BusState, FromEdge, Phase, Progress, Status};
 use flexid_wire::report::{Acceptance, Fit, FoundBy, JointReport, Report, Verdict};
@@ -67,7 +67,10 @@ fn confidence() -> Confidence {
     Confidence {
         joints: [joint].into_iter().collect(),
         nuisances: Default::default(),
-        correlations: serde_json::from_str(r#"{"unknowns": ["a", "b"], "percent": [97]}"#).unwrap(),
+        correlations: Correlations {
+            unknowns: ["a", "b"].map(clipped).into_iter().collect(),
+            percent: [97].into_iter().collect(),
+        },
         explanations: Default::default(),
         weak_directions: Default::default(),
         residuals: Residuals {
@@ -148,5 +151,6 @@ pub(crate) fn status(state: State) -> FromEdge {
         interface: clipped("vcan0"),
         state,
         record_fraction: 0.25,
+        newest_record_s: None,
     })
 }
