@@ -90,7 +90,7 @@ fn the_daemon_can_still_work() {
         (values("RuntimeDirectory"), values("StateDirectory")),
         ("flexid".into(), "flexid".into())
     );
-    assert_eq!(values("ExecReload"), "/bin/kill -HUP $MAINPID");
+    assert_eq!(values("ExecReload"), "/bin/sh -c 'kill -HUP $MAINPID'");
     assert!(values("IPAddressAllow").contains("localhost"));
     assert!(Path::new(UNIT).with_file_name("flexid.sysusers").exists());
 }
