@@ -21,6 +21,8 @@ pub(super) struct Bins<'a> {
     first_bin: usize,
     /// Distance of the bins that count, 1 where all do.
     every: usize,
+    /// Number of parts of the record.
+    parts: usize,
     /// Relative error of the model, squared, as the pose changes.
     of_movement: f64,
     /// ω₀: the lowest angular frequency of the record.
@@ -43,6 +45,7 @@ impl<'a> Bins<'a> {
             spacing: experiment.spacing,
             first_bin: experiment.first_bin,
             every: 1,
+            parts: experiment.divided,
             of_movement: (PER_MOVEMENT * part.moves) * (PER_MOVEMENT * part.moves) / 12.0,
             lowest: experiment.omega(0),
             force: experiment.force.parts(),
@@ -84,6 +87,7 @@ impl<'a> Bins<'a> {
             spacing: self.spacing,
             first_bin: self.first_bin + bins.start,
             every: self.every,
+            parts: self.parts,
             of_movement: self.of_movement,
             lowest: self.lowest,
             force: cut(&self.force),
@@ -167,6 +171,11 @@ impl<'a> Bins<'a> {
             noise[1][axis] = self.at(self.acceleration_noise[axis], bin) + error;
         }
         noise
+    }
+
+    /// Number of parts of the record.
+    pub(super) fn parts(&self) -> f64 {
+        self.parts as f64
     }
 
     /// ω₀: the lowest angular frequency of the record.

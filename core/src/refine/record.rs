@@ -82,7 +82,7 @@ impl Workspace {
             let seam = Seam { cost: NO_SEAM, ..Seam::ZERO };
             return (seam, self.record.sum_of_squares());
         }
-        let cost = cost_of(record.square());
+        let cost = cost_of(record.square(), record.parts());
         self.run(problem, model, record, Equations::Seam, Columns::NONE);
         let (unknowns, normal) = (problem.seam_unknowns(), &mut self.record);
         problem.eliminate_seam(&Seam { cost, ..Seam::ZERO }, normal);
@@ -94,9 +94,9 @@ impl Workspace {
 
     /// A seam of zero of a record whose acceleration nobody has measured: its reading is the modelled one.
     fn planned_seam(&mut self, problem: &Problem<'_>, model: &Model, record: Bins<'_>) -> Seam {
-        let has_seam = record.has_seam();
+        let (has_seam, parts) = (record.has_seam(), record.parts());
         self.run(problem, model, record, Equations::Seam, Columns::NONE);
-        let cost = if has_seam { cost_of(self.record.sum_of_squares()) } else { NO_SEAM };
+        let cost = if has_seam { cost_of(self.record.sum_of_squares(), parts) } else { NO_SEAM };
         Seam { cost, ..Seam::ZERO }
     }
 

@@ -16,6 +16,9 @@
 //! much as the whole reading is. Its derivative by the parameters is left out, since it is small beside that of readings which
 //! stand clear of their noise.
 //!
+//! The fundamental frequency of a part of a divided record, ω₀, is as many times that of the record, ω₁, as the record has parts. A motion of
+//! acceleration a at ω₁ jumps by `Δq̇ = a/ω₁`, while the part reads no more than `a/ω₀`: the deviation is as many times larger.
+//!
 //! A measured receptance has no end. Its seam has a prior of no width.
 
 use crate::{DOF, MAX_JOINTS};
@@ -56,9 +59,10 @@ pub(crate) fn powers(ratio: f64) -> [f64; ORDERS] {
 /// The cost of a seam that is none: its unknowns are zero to 1e-12 of what they would be.
 pub(crate) const NO_SEAM: f64 = 1e12;
 
-/// The cost where the square of the reading is this, in standard deviations of its noise; no reading is smaller than one.
-pub(crate) fn cost_of(square: f64) -> f64 {
-    1.0 / square.max(1.0)
+/// The cost in a record of so many parts, where the square of the reading is this, in standard deviations of its noise; no reading is smaller
+/// than one.
+pub(crate) fn cost_of(square: f64, parts: f64) -> f64 {
+    1.0 / (parts * parts * square.max(1.0))
 }
 
 impl Seam {

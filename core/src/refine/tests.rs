@@ -4,6 +4,7 @@
 //! in the acceleration, so that the weights move with the parameters; and with the seam found anew at every point.
 
 pub(crate) mod divided;
+mod slow;
 
 use fearless_simd::Level;
 use nalgebra::{Isometry3, Matrix3, Rotation3, Unit, Vector3};

@@ -176,7 +176,8 @@ fn trace(
     let scaled = DMatrix::from_fn(unknowns, unknowns, |row, column| {
         information[(row, column)] * scale[row] * scale[column]
     });
-    let with_prior = &scaled + DMatrix::identity(unknowns, unknowns) * cost_of(square);
+    let with_prior = &scaled
+        + DMatrix::identity(unknowns, unknowns) * cost_of(square, experiment.divided as f64);
     (with_prior.try_inverse().unwrap() * scaled).trace()
 }
 

@@ -61,7 +61,7 @@ pub(crate) fn divided_and_alone(
             all.each_ref().map(|own| own[part.bins.clone()].iter().copied().collect())
         };
         let drift = Spectrum { re: cut(&divided.drift.re), im: cut(&divided.drift.im) };
-        Experiment { drift, ..experiment(&alone(&record, number)) }
+        Experiment { drift, divided: PARTS, ..experiment(&alone(&record, number)) }
     };
     let alone = divided.parts().enumerate().map(own).collect();
     (divided, alone)
