@@ -13,7 +13,8 @@ use std::path::Path;
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
-use flexid_edge::daemon;
+use flexid_edge::daemon::{self, Daemon};
+use flexid_edge::store::Store;
 use flexid_pipeline::config::Config;
 use flexid_pipeline::source::{Arrival, Flow, FrameSource, SourceHealth};
 use flexid_pipeline::stop::Stop;
@@ -30,6 +31,11 @@ use flexid_wire::warning::Warning;
 use frames::{POSES, Replay, block, frames, robot, source};
 
 const SAMPLES: u32 = 256;
+
+/// A daemon that keeps its state. Nobody is served, no other config comes, and no watchdog watches it.
+fn keeping<'a>(config: &'a Config, stop: &'a Stop, store: &'a Store) -> Daemon<'a> {
+    Daemon { config, listeners: &[], stop, reload: None, store: Some(store), watchdog: None }
+}
 
 /// The reference scenario with records of an eighth of a second.
 fn config() -> Config {

@@ -20,7 +20,7 @@ use flexid_wire::finding::Finding;
 use flexid_wire::report::Verdict;
 
 use super::frames::{Feed, POSES, Replay, frames_with, robot};
-use super::{assert_agree, timeless};
+use super::{assert_agree, keeping, timeless};
 
 /// Nothing here takes nearly as long.
 pub(crate) const PATIENCE: Duration = Duration::from_secs(60);
@@ -184,9 +184,8 @@ fn a_restarted_daemon_goes_on() {
         first.split_off(first.iter().position(|each| each.time_s >= 1.0e9 + 10.0).unwrap());
     let run = |frames: Vec<Arrival>| {
         let store = Store::find(Some(&file)).unwrap();
-        let (stop, listeners, store) = (Stop::new(), &[], Some(&store));
-        let daemon =
-            Daemon { config: &config, listeners, stop: &stop, reload: None, store, watchdog: None };
+        let stop = Stop::new();
+        let daemon = keeping(&config, &stop, &store);
         timeless(daemon.run(&mut Replay { frames: frames.into_iter(), breaks: false }).unwrap())
     };
     let half = run(first.clone());
@@ -218,15 +217,8 @@ fn records_wait_until_they_are_kept() {
         let ended = AtomicBool::new(false);
         thread::scope(|scope| {
             scope.spawn(|| {
-                let (stop, listeners, store) = (Stop::new(), &[], Some(&store));
-                let daemon = Daemon {
-                    config: &config,
-                    listeners,
-                    stop: &stop,
-                    reload: None,
-                    store,
-                    watchdog: None,
-                };
+                let stop = Stop::new();
+                let daemon = keeping(&config, &stop, &store);
                 let frames = Vec::new().into_iter();
                 daemon.run(&mut Replay { frames, breaks: false }).unwrap();
                 ended.store(true, Ordering::Relaxed);
@@ -358,18 +350,7 @@ fn the_end_in_mid_record_keeps_the_record() {
     };
     let (stop, (feed, arrivals)) = (Stop::new(), bounded(0));
     thread::scope(|scope| {
-        let daemon = scope.spawn(|| {
-            let (listeners, store) = (&[], Some(&store));
-            let daemon = Daemon {
-                config: &config,
-                listeners,
-                stop: &stop,
-                reload: None,
-                store,
-                watchdog: None,
-            };
-            daemon.run(&mut Feed(arrivals))
-        });
+        let daemon = scope.spawn(|| keeping(&config, &stop, &store).run(&mut Feed(arrivals)));
         frames.chunks(500).for_each(|frames| feed.send(frames.to_vec()).unwrap());
         stop.request();
         daemon.join().unwrap().unwrap();

@@ -9,12 +9,12 @@ use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 use std::{fs, thread};
 
 use crossbeam_channel::bounded;
-use flexid_edge::daemon::Daemon;
 use flexid_edge::store::{self, StateError, Store};
 use flexid_pipeline::stop::Stop;
 use flexid_pipeline::{Counts, Solver, State};
 
 use super::frames::{Feed, POSES, Replay};
+use super::keeping;
 use super::state::{
     PATIENCE, VISITS, config, config_with, names, on_a_large_stack, records, solver, visits,
 };
@@ -60,18 +60,7 @@ fn while_it_solves(file: &Path, test: impl FnOnce()) {
     let config = config();
     let (stop, (feed, arrivals)) = (Stop::with_grace(Duration::ZERO), bounded(0));
     thread::scope(|scope| {
-        let daemon = scope.spawn(|| {
-            let (listeners, store) = (&[], Some(&store));
-            let daemon = Daemon {
-                config: &config,
-                listeners,
-                stop: &stop,
-                reload: None,
-                store,
-                watchdog: None,
-            };
-            daemon.run(&mut Feed(arrivals))
-        });
+        let daemon = scope.spawn(|| keeping(&config, &stop, &store).run(&mut Feed(arrivals)));
         visits(&config, &POSES[..1])
             .chunks(500)
             .for_each(|frames| feed.send(frames.to_vec()).unwrap());
@@ -188,14 +177,7 @@ fn a_state_that_cannot_be_read_stays() {
     symlink(&file, &file).unwrap();
     let store = Store::find(Some(&file)).unwrap();
     let (config, stop) = (config(), Stop::new());
-    let daemon = Daemon {
-        config: &config,
-        listeners: &[],
-        stop: &stop,
-        reload: None,
-        store: Some(&store),
-        watchdog: None,
-    };
+    let daemon = keeping(&config, &stop, &store);
     let frames = Vec::new().into_iter();
     let error = daemon.run(&mut Replay { frames, breaks: false }).unwrap_err().to_string();
     assert!(error.contains("flexid.state: cannot be read: "), "{error}");
@@ -247,14 +229,7 @@ fn the_state_that_was_just_put_aside_stays() {
         store.save(&state).unwrap();
         File::options().write(true).open(&file).unwrap().set_modified(UNIX_EPOCH).unwrap();
         let stop = Stop::new();
-        let daemon = Daemon {
-            config: &other,
-            listeners: &[],
-            stop: &stop,
-            reload: None,
-            store: Some(&store),
-            watchdog: None,
-        };
+        let daemon = keeping(&other, &stop, &store);
         let frames = Vec::new().into_iter();
         daemon.run(&mut Replay { frames, breaks: false }).unwrap();
     });
