@@ -18,6 +18,8 @@ impl<R> Identifier<R> {
     /// Reads the noise in `experiments` again, from the residuals of a settled `estimate`, which is that of `plant`, if there is one, or else
     /// the identifier's own. Tones are subtracted. Without new ones, the level is raised where the cut has more noise than the rest.
     ///
+    /// The errors of the records by their movement become those of the model.
+    ///
     /// Returns whether that changes the experiments; then they are to be [renewed](Identifier::renew_noise) and fitted again, up to
     /// [`MAX_NOISE_ROUNDS`] times. Nothing is changed where the noise that is assumed explains the residuals. The level stays where no
     /// level that a cut may have explains them.
@@ -31,9 +33,12 @@ impl<R> Identifier<R> {
     ) -> bool {
         let objects = estimate.size_objects || estimate.structure.is_there();
         let is_louder = experiments.iter().any(|experiment| experiment.cut_noise.is_louder());
-        if self.phase != Phase::Settled || !(objects || estimate.noise_too_loud || is_louder) {
+        let feeds = experiments.iter().any(|experiment| !experiment.is_whole());
+        let is_due = feeds || objects || estimate.noise_too_loud || is_louder;
+        if self.phase != Phase::Settled || !is_due {
             return false;
         }
+        let moves = self.read_movement(experiments, plant, estimate);
         let bins = experiments.iter().map(Experiment::bins).sum();
         let records = experiments.iter().take(MAX_EXPERIMENTS).enumerate();
         let shown: Vec<Shown, MAX_EXPERIMENTS> = records
@@ -42,8 +47,33 @@ impl<R> Identifier<R> {
         // Tones and lines are narrow. In a level they would cost a whole band.
         let has_lines = self.raise_lines(experiments, plant, estimate);
         has_lines
+            || moves
             || tones::subtract(experiments, &shown)
             || estimate.consistency <= FOREIGN && cut_noise::replace(experiments, shown)
+    }
+
+    /// Replaces the errors of the divided records by their movement with those of the model. Returns whether that changes a deviation.
+    #[inline(never)]
+    fn read_movement<const B: usize>(
+        &mut self,
+        experiments: &mut [Experiment<B>],
+        plant: Option<&Plant>,
+        estimate: &Estimate,
+    ) -> bool {
+        let Self { chain, measurement, bounds, sought, statics, refinement, .. } = self;
+        let problem = Problem { chain, measurement, bounds, sought, statics, level: self.level };
+        let coordinates = &estimate.coordinates;
+        let mut changes = false;
+        for (record, experiment) in experiments.iter_mut().enumerate() {
+            if experiment.is_whole() {
+                continue;
+            }
+            let found = refinement.movement(&problem, coordinates, plant, experiment, record);
+            if let Some(movement) = found {
+                changes |= experiment.replace_movement(movement);
+            }
+        }
+        changes
     }
 
     /// Raises the noise at the lines of the divided records. Returns whether that changes it.

@@ -11,9 +11,6 @@ use crate::receptance::Complex;
 use crate::receptance::lanes::Lanes;
 use crate::spectrum::{Experiment, Kind, Part};
 
-/// Relative change of a reading as a joint moves, 1/rad (1/m). Chosen: a turn by an angle turns the reading by as much.
-const PER_MOVEMENT: f64 = 1.0;
-
 /// The bins of one record.
 pub(super) struct Bins<'a> {
     kind: Kind,
@@ -23,8 +20,8 @@ pub(super) struct Bins<'a> {
     every: usize,
     /// Number of parts of the record.
     parts: usize,
-    /// Relative error of the model, squared, as the pose changes.
-    of_movement: f64,
+    /// Per axis mean squares of the error by the movement. Empty where the robot stands.
+    movement: [&'a [f32]; 3],
     /// ω₀: the lowest angular frequency of the record.
     lowest: f64,
     /// Per axis real and imaginary parts.
@@ -46,7 +43,7 @@ impl<'a> Bins<'a> {
             first_bin: experiment.first_bin,
             every: 1,
             parts: experiment.divided,
-            of_movement: (PER_MOVEMENT * part.moves) * (PER_MOVEMENT * part.moves) / 12.0,
+            movement: experiment.movement.each_ref().map(Vec::as_slice),
             lowest: experiment.omega(0),
             force: experiment.force.parts(),
             acceleration: experiment.acceleration.parts(),
@@ -88,7 +85,7 @@ impl<'a> Bins<'a> {
             first_bin: self.first_bin + bins.start,
             every: self.every,
             parts: self.parts,
-            of_movement: self.of_movement,
+            movement: self.movement.map(|axis| axis.get(bins.clone()).unwrap_or_default()),
             lowest: self.lowest,
             force: cut(&self.force),
             acceleration: cut(&self.acceleration),
@@ -147,8 +144,7 @@ impl<'a> Bins<'a> {
     }
 
     /// Mean squares of the noise of the force, as a sensor of no gain and no filter would have it, and of the acceleration. The
-    /// second includes `η² |A|²/3`, the error of the model that the weights allow for; where the robot feeds, also that of a pose which is anywhere
-    /// along its movement with the same probability.
+    /// second includes `η² |A|²/3`, the error of the model that the weights allow for, and the error by the movement.
     #[inline(always)]
     pub(super) fn noise(&self, model: &Model, bin: usize) -> [[f64; 3]; 2] {
         let Model { force_gain, force_filter, relative_error, .. } = model;
@@ -158,17 +154,18 @@ impl<'a> Bins<'a> {
             force_filter.inverse(Complex::new(self.decay(), self.omega(bin))).square()
         };
         let mut error = 0.0;
-        let of_model = relative_error * relative_error + self.of_movement;
-        if of_model != 0.0 {
+        if *relative_error != 0.0 {
             let measured = self.measured(bin);
             let square: f64 = measured.as_flattened().iter().map(|part| part * part).sum();
-            error = of_model * square / 3.0;
+            error = relative_error * relative_error * square / 3.0;
         }
         let mut noise = [[0.0; 3]; 2];
         for axis in 0..3 {
             let gain = force_gain[axis];
             noise[0][axis] = filtered * self.at(self.force_noise[axis], bin) / (gain * gain);
-            noise[1][axis] = self.at(self.acceleration_noise[axis], bin) + error;
+            let moves =
+                self.movement[axis].get(bin * self.every).map_or(0.0, |own| f64::from(*own));
+            noise[1][axis] = self.at(self.acceleration_noise[axis], bin) + error + moves;
         }
         noise
     }

@@ -36,6 +36,7 @@ mod levenberg_marquardt;
 mod leverage;
 mod model;
 mod modelled;
+mod movement;
 mod objective;
 mod others;
 mod plant;

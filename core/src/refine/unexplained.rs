@@ -8,6 +8,7 @@ use super::model::Model;
 use super::modelled::Place;
 use super::plant::columns::Columns;
 use super::record::Workspace;
+use super::seam::Seam;
 use super::sizes::{COLUMNS, OF_RECORD};
 use super::whitening::Whitening;
 use super::{Plant, Problem, Refinement};
@@ -151,10 +152,22 @@ impl Workspace {
         take: Take<'_>,
     ) {
         let (seam, _) = self.fit_seam(problem, model, Bins::of(experiment, part));
+        self.each_left_by(problem, model, &seam, bins, take);
+    }
+
+    /// [`Workspace::each_left`] with this seam.
+    pub(super) fn each_left_by(
+        &mut self,
+        problem: &Problem<'_>,
+        model: &Model,
+        seam: &Seam,
+        bins: Bins<'_>,
+        take: Take<'_>,
+    ) {
         let assembly = Assembly {
             model,
             record: bins,
-            equations: Equations::All(&seam),
+            equations: Equations::All(seam),
             sought: problem.sought,
             columns: Columns::NONE,
             normal: &mut self.record,
@@ -173,6 +186,11 @@ pub(super) struct LeftInBin<'a> {
 }
 
 impl LeftInBin<'_> {
+    /// Real and imaginary part along each axis, m/s.
+    pub(super) fn left(&self) -> &Reading {
+        self.left
+    }
+
     /// Returns the whitened residual.
     pub(super) fn white(&self) -> [Complex<f64>; 3] {
         let [force, acceleration] = self.noise;

@@ -1,8 +1,13 @@
 //! The acceleration without tones, and its noise as it is in the cut.
 
+use heapless::Vec;
+
 use super::cut_noise::CutNoise;
 use super::experiment::Experiment;
 use super::tone::{MAX_TONES, Tone};
+
+/// Relative change of a mean square that changes a standard deviation by 5 %.
+const CHANGE: f64 = 0.1;
 
 impl<const B: usize> Experiment<B> {
     /// Frequencies of the tones, Hz, and their largest amplitudes along an axis, m/s².
@@ -51,6 +56,21 @@ impl<const B: usize> Experiment<B> {
                 acceleration_noise[axis][index] = noise[axis] as f32;
             }
         }
+    }
+
+    /// Replaces the errors of the parts by their movement. Returns whether the mean square of the noise of a bin with them changes by so much, in root mean
+    /// square over all bins, that a standard deviation may change by 5 %.
+    pub(crate) fn replace_movement(&mut self, movement: [Vec<f32, B>; 3]) -> bool {
+        let (mut sum, mut count) = (0.0, 0.0);
+        for axis in (0..3).filter(|axis| self.measures(*axis)) {
+            let both = self.movement[axis].iter().zip(&movement[axis]);
+            for ((before, after), noise) in both.zip(&self.acceleration_noise[axis]) {
+                let change = f64::from((noise + after) / (noise + before)) - 1.0;
+                (sum, count) = (sum + change * change, count + 1.0);
+            }
+        }
+        self.movement = movement;
+        sum > CHANGE * CHANGE * count
     }
 
     /// By how much χ² changes at most if these tones take the place of those that are subtracted, outside the main lobes.

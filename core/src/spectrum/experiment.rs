@@ -6,6 +6,7 @@ use heapless::Vec;
 
 use super::cut_noise::CutNoise;
 use super::measurement::Measurement;
+use super::movement;
 use super::part::{self, Part, Pose};
 use super::signals::{MIN_BINS, Spectrum, SpectrumError};
 use super::site::Site;
@@ -58,6 +59,8 @@ pub struct Experiment<const B: usize> {
     pub pose: Pose,
     /// Stage of each [part](Experiment::parts). There is at least one.
     pub path: Vec<Stage, MAX_PARTS>,
+    /// Change of the joint angles from the start to the end of each part, rad (m).
+    pub(crate) travel: Vec<Pose, MAX_PARTS>,
     /// Number of parts into which the record was divided, with those that are left out.
     pub divided: usize,
     /// Point at which the force acts, from the TCP, TCP axes, m.
@@ -79,6 +82,8 @@ pub struct Experiment<const B: usize> {
     pub acceleration_noise: [Vec<f32, B>; 3],
     /// Mean square of that noise without its lines, per axis, (m/s)².
     pub broad_noise: [Vec<f32, B>; 3],
+    /// Mean square of the error of a part by its [movement](super::movement), in each bin, per axis, (m/s)². Empty where the robot stands.
+    pub(crate) movement: [Vec<f32, B>; 3],
     /// Noise of the cut, to which the noise of the acceleration has been raised.
     pub cut_noise: CutNoise,
     /// Tones that have been subtracted from the acceleration.
@@ -198,12 +203,17 @@ impl<const B: usize> Experiment<B> {
         if force.power() <= LEAST_FORCE * noise {
             return Err(SpectrumError::NoForce);
         }
+        let movement = match divided {
+            1 => [const { Vec::new() }; 3],
+            _ => movement::without_a_model(&acceleration, &path),
+        };
         let drift =
             drift::of(&acceleration, &by_time, &band, divided, record.since_s * spacing / TAU);
         let thinned = ThinnedSpectra::new(record, whole, buffer)?;
         Ok(Self {
             kind: Kind::Record,
             pose: record.pose.clone(),
+            travel: movement::travel(&stages),
             path,
             divided,
             point: record.point,
@@ -215,6 +225,7 @@ impl<const B: usize> Experiment<B> {
             force_noise,
             acceleration_noise,
             broad_noise,
+            movement,
             cut_noise: CutNoise::default(),
             tones: Vec::new(),
             thinned,
@@ -226,7 +237,7 @@ impl<const B: usize> Experiment<B> {
         let (bins, site) = (self.bins_of_part(), self.site());
         let part = move |(part, stage): (usize, &'a Stage)| Part {
             site: Site { pose: &stage.pose, ..site },
-            moves: stage.moves,
+            travel: &self.travel[part],
             bins: part * bins..(part + 1) * bins,
         };
         self.path.iter().enumerate().map(part)

@@ -14,6 +14,7 @@ mod drift;
 mod experiment;
 pub mod fft;
 mod measurement;
+mod movement;
 mod part;
 mod receptance;
 mod signals;

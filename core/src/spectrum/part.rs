@@ -28,8 +28,8 @@ pub(super) type Pose = Vec<f64, MAX_JOINTS>;
 pub struct Part<'a> {
     /// Where the force acts.
     pub site: Site<'a>,
-    /// Largest movement of a joint, rad (m).
-    pub moves: f64,
+    /// Change of the joint angles from its start to its end, rad (m).
+    pub travel: &'a [f64],
     /// Its bins among those of the record, in ascending order of their frequencies.
     pub bins: Range<usize>,
 }
