@@ -5,7 +5,7 @@ use core::mem;
 use rand_core::Rng;
 
 use super::decision::{self, Circumstances, OfBest, OfFound, Searches, TIMES_CONSISTENT};
-use super::minimum::Minimum;
+use super::minimum::{Minimum, structure_is_beyond_noise};
 use super::on_plant::may_be_mended;
 use super::{Acceptance, FitStart, Identifier, Phase, Purpose};
 use crate::refine::Plant;
@@ -35,6 +35,14 @@ impl<R: Rng> Identifier<R> {
         self.decide(found, experiments, plant);
     }
 
+    /// Counts the visits of the settled minimum for the one that the refinement has come to from there, if that explains the new records, too.
+    fn confirm(&mut self, found: &mut Minimum) {
+        let confirmations = mem::take(&mut self.confirmations);
+        if found.is_consistent() && !structure_is_beyond_noise(&found.judged().structure) {
+            found.times += confirmations;
+        }
+    }
+
     /// Carries out the decision on a minimum, at which the refinement stands.
     #[inline(never)]
     pub(super) fn decide<const B: usize>(
@@ -43,6 +51,7 @@ impl<R: Rng> Identifier<R> {
         experiments: &[Experiment<B>],
         plant: Option<&mut Plant>,
     ) {
+        self.confirm(&mut found);
         let tried_alone = matches!(self.purpose, Purpose::Alone(_));
         if tried_alone {
             self.reconcile(&mut found);
@@ -170,6 +179,24 @@ impl<R: Rng> Identifier<R> {
             self.best = None;
         } else {
             *found = together;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::deferred::tests::identifier;
+    use super::super::minimum::tests::minimum;
+
+    /// Residuals as noise makes them, and of twice its power.
+    #[test]
+    fn records_that_are_explained_confirm_a_minimum() {
+        for (sum_of_squares, expected) in [(2000.0, 3), (4000.0, 1)] {
+            let mut identifier = identifier();
+            identifier.confirmations = 2;
+            let mut found = minimum(sum_of_squares, 0.0);
+            identifier.confirm(&mut found);
+            assert_eq!((found.times, identifier.confirmations), (expected, 0));
         }
     }
 }

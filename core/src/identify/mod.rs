@@ -144,6 +144,10 @@ pub struct Identifier<R> {
     exclusions: u32,
     /// How often a minimum counts as reached when the work comes to it: once, or as often as its acceptance took if the noise was read again.
     times: u32,
+    /// Visits of the minimum that was settled on.
+    settled_times: u32,
+    /// Visits of a settled minimum that was consistent, while new records are fitted from there.
+    confirmations: u32,
     estimate: Option<Estimate>,
     /// The fit to the plant whose imperfections the model has; `None` if it has none, or was resumed.
     corrected: Option<Corrected>,
@@ -195,6 +199,8 @@ impl<R: Rng> Identifier<R> {
             tried: Tried::default(),
             exclusions: 0,
             times: 1,
+            settled_times: 0,
+            confirmations: 0,
             estimate: None,
             corrected: None,
             deferred: None,
@@ -234,9 +240,13 @@ impl<R: Rng> Identifier<R> {
         &self.sought
     }
 
-    /// Continues with a changed set of experiments from where it stands, with a new budget of searches.
+    /// Continues with a changed set of experiments from where it stands, with a new budget of searches. A consistent minimum that explains the new
+    /// records, too, is not searched for again: they are a test that a wrong one is unlikely to pass.
     pub fn renew<const B: usize>(&mut self, experiments: &[Experiment<B>]) {
         self.starts = 0;
+        let was = self.estimate.as_ref().filter(|_| self.phase == Phase::Settled);
+        let was_consistent = was.is_some_and(|own| own.acceptance == Acceptance::Consistent);
+        self.confirmations = if was_consistent { self.settled_times } else { 0 };
         self.renew_noise(experiments);
         self.times = 1;
     }
@@ -257,7 +267,7 @@ impl<R: Rng> Identifier<R> {
         self.best = None;
         let estimate = self.estimate.as_ref().filter(|_| self.phase == Phase::Settled);
         self.times = match estimate.map(|own| own.acceptance) {
-            Some(Acceptance::Consistent) => decision::TIMES_CONSISTENT,
+            Some(Acceptance::Consistent) => self.settled_times.max(decision::TIMES_CONSISTENT),
             Some(Acceptance::ModelSuspect) => decision::TIMES_SUSPECT,
             Some(Acceptance::Unsettled) | None => 1,
         };

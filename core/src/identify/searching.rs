@@ -22,6 +22,7 @@ impl<R: Rng> Identifier<R> {
         self.tried = Tried::default();
         self.exclusions = 0;
         self.times = 1;
+        self.confirmations = 0;
         self.method = Method::after(self.starts);
         match self.method {
             Method::Descent if self.starts == 0 => {

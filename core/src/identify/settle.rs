@@ -78,6 +78,7 @@ impl<R> Identifier<R> {
                 .collect();
         }
         self.estimate = Some(estimate);
+        self.settled_times = minimum.times;
         self.best = None;
         self.phase = Phase::Settled;
     }
