@@ -207,10 +207,16 @@ fn bins_of(
     let function = response.function;
     let place = &function.place;
     let Settings { averages, relative_floor, absolute_floor, decay, unit, .. } = settings;
-    let Kind::Response(stated) = function.kind else { return Ok(Vec::new()) };
-    let unit: Unit = unit.or(stated).ok_or_else(|| {
-        format!("{place} states no unit: state [receptance] unit, such as {}", Unit::EXAMPLES)
-    })?;
+    let Kind::Response(stated) = &function.kind else { return Ok(Vec::new()) };
+    let unit: Unit = match (unit, stated) {
+        (Some(unit), _) | (None, Ok(unit)) => *unit,
+        (None, Err(reason)) => {
+            return Err(format!(
+                "{place} {reason}: state [receptance] unit, such as {}",
+                Unit::EXAMPLES
+            ));
+        }
+    };
     let has_floor = *relative_floor > 0.0 || *absolute_floor > 0.0;
     if let Some(other) = coherence
         && (!other.grid.is_same(&function.grid, function.values.len())

@@ -18,10 +18,10 @@ pub(super) struct Dof {
 }
 
 /// What a function is.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub(super) enum Kind {
-    /// A motion per force. `None` if the file does not state its unit.
-    Response(Option<Unit>),
+    /// A motion per force, in the unit that the file states, or the reason why it states none.
+    Response(Result<Unit, String>),
     /// An ordinary coherence, γ².
     Coherence,
 }

@@ -70,7 +70,7 @@ pub(super) fn parse(
             place: format!("the column {:?}", own.name),
             kind: match own.part {
                 Part::Coherence => Kind::Coherence,
-                _ => Kind::Response(own.unit),
+                _ => Kind::Response(own.unit.ok_or_else(|| "states no unit".to_owned())),
             },
             response: Dof { node: 0, direction: response },
             reference: Dof { node: 0, direction: force },

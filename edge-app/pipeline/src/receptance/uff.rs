@@ -171,15 +171,16 @@ fn content(
     let values = form.complex(&values);
     let kind = match dofs.kind {
         COHERENCE => Kind::Coherence,
-        _ => Kind::Response(
-            unit(&numerator, &denominator, system).map_err(|error| format!("{place} {error}"))?,
-        ),
+        _ => {
+            check_ratio(&numerator, &denominator).map_err(|error| format!("{place} {error}"))?;
+            Kind::Response(unit(&numerator, &denominator, system))
+        }
     };
     Ok(Content::Function(Function { place, kind, response, reference, grid, values }))
 }
 
-/// The unit of a response. `None` if the file does not state what it is.
-fn unit(numerator: &Axis, denominator: &Axis, system: System) -> Result<Option<Unit>, String> {
+/// Checks that a response is a motion over a force.
+fn check_ratio(numerator: &Axis, denominator: &Axis) -> Result<(), String> {
     if FORCES.contains(&numerator.kind) || FORCE.size(&numerator.unit).is_some() {
         return Err("has a force over a motion: export the motion over the force, and not the apparent mass or the dynamic stiffness".to_owned());
     }
@@ -187,33 +188,32 @@ fn unit(numerator: &Axis, denominator: &Axis, system: System) -> Result<Option<U
     if !is_force(denominator.kind) {
         return Err("has no force in its denominator: export the motion over the force".to_owned());
     }
+    Ok(())
+}
+
+/// The unit of a response, or the reason why the file states none.
+fn unit(numerator: &Axis, denominator: &Axis, system: System) -> Result<Unit, String> {
     let force = match denominator.unit.as_str() {
         "" => system.force,
-        unit => FORCE.size(unit).ok_or_else(|| {
-            format!("has the force in {unit:?}: state [receptance] unit, such as m/s^2/N, or write one of {}", FORCE.known())
-        })?,
+        unit => FORCE.size(unit).ok_or_else(|| format!("has the force in {unit:?}"))?,
     };
     let motion = MOTIONS.into_iter().find(|(own, _)| *own == numerator.kind).map(|own| own.1);
-    if numerator.unit.is_empty() {
-        return Ok(motion.map(|motion| Unit { motion, size: system.length / force }));
+    let label = numerator.unit.as_str();
+    if label.is_empty() {
+        let motion = motion.ok_or("states no unit")?;
+        return Ok(Unit { motion, size: system.length / force });
     }
     // Some writers put the unit of the whole response here.
-    let stated = Unit::parse(&numerator.unit).or_else(|| {
-        let own = Unit::of_motion(&numerator.unit)?;
+    let stated = Unit::parse(label).or_else(|| {
+        let own = Unit::of_motion(label)?;
         Some(Unit { size: own.size / force, ..own })
     });
-    match (stated, motion) {
-        (Some(stated), Some(motion)) if stated.motion != motion => Err(format!(
-            "has the unit {:?}, and is said to be another motion: state [receptance] unit, such as m/s^2/N",
-            numerator.unit
-        )),
-        (Some(stated), _) => Ok(Some(stated)),
-        (None, _) => Err(format!(
-            "has the unit {:?}, which is none of a motion: state [receptance] unit, such as {}",
-            numerator.unit,
-            Unit::EXAMPLES
-        )),
+    let stated =
+        stated.ok_or_else(|| format!("has the unit {label:?}, which is none of a motion"))?;
+    if motion.is_some_and(|motion| motion != stated.motion) {
+        return Err(format!("has the unit {label:?}, and is said to be another motion"));
     }
+    Ok(stated)
 }
 
 /// Form of the values.

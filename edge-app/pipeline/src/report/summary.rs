@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use flexid_wire::report::{Acceptance, FoundBy, Report, Verdict};
+use flexid_wire::report::{Acceptance, Report, Verdict};
 
 use crate::text::count;
 
@@ -26,28 +26,18 @@ impl fmt::Display for Summary<'_> {
             Acceptance::Unsettled => "not settled",
         };
         write!(f, "{accepted}: χ²/dof {:.3}", fit.consistency)?;
-        let steps = count(fit.refine_iterations, "refinement step");
-        let how = match fit.found_by {
-            FoundBy::Refinement => "the refinement alone",
-            FoundBy::Descent => "a descent",
-            FoundBy::RandomSearch => "a random search",
-            FoundBy::Branch => "another minimum's branch",
-        };
         if fit.records == 0 && fit.frames == 0 {
-            writeln!(f, "; static tests alone; {steps}, {:.1} s", fit.seconds)?;
+            writeln!(f, "; static tests alone; {:.1} s", fit.seconds)?;
         } else {
             if fit.records > 0 {
                 write!(f, ", SSP {:.1e} (worst {:.1e})", fit.ssp, fit.ssp_max)?;
             }
             writeln!(
                 f,
-                "; {}, {}, {} lost; found by {how} ({}, {}: {}, {steps}), {:.1} s",
+                "; {}, {}, {} lost; {:.1} s",
                 count(fit.records, "record"),
                 count(fit.frames, "frame"),
                 fit.frames_lost,
-                count(fit.starts.into(), "start"),
-                of_branches(fit.branches),
-                count(fit.search_evaluations, "search step"),
                 fit.seconds
             )?;
         }
@@ -78,14 +68,9 @@ impl fmt::Display for Summary<'_> {
     }
 }
 
-/// Formats a number of branches: `1 branch`, `2 branches`.
-fn of_branches(number: u32) -> String {
-    format!("{number} branch{}", if number == 1 { "" } else { "es" })
-}
-
 #[cfg(test)]
 mod tests {
-    use flexid_wire::report::{Fit, JointReport};
+    use flexid_wire::report::{Fit, FoundBy, JointReport};
     use flexid_wire::text::clipped;
     use flexid_wire::warning::Warning;
 
@@ -129,8 +114,7 @@ mod tests {
         let mut report = report();
         assert_eq!(
             Summary(&report).to_string(),
-            "consistent: χ²/dof 1.000, SSP 1.0e-3 (worst 2.0e-2); 3 records, 6000 frames, 2 lost; \
-             found by a descent (1 start, 1 branch: 2000 search steps, 1 refinement step), 1.2 s\n\
+            "consistent: χ²/dof 1.000, SSP 1.0e-3 (worst 2.0e-2); 3 records, 6000 frames, 2 lost; 1.2 s\n\
              6 of 12 parameters identified, 2 weak, 4 not observable\nwarning: the bus reported 2 errors\n"
         );
         let line = Summary(&report).line();
@@ -138,7 +122,7 @@ mod tests {
         assert!(line.ends_with("1.2 s; 6 of 12 parameters identified, 2 weak, 4 not observable"));
         (report.fit.records, report.fit.frames) = (0, 0);
         let text = Summary(&report).to_string();
-        let first = "consistent: χ²/dof 1.000; static tests alone; 1 refinement step, 1.2 s\n";
+        let first = "consistent: χ²/dof 1.000; static tests alone; 1.2 s\n";
         assert!(text.starts_with(first), "{text}");
         assert!(
             text.contains("\n6 of 6 stiffnesses identified, 0 weak, 0 not observable\n"),

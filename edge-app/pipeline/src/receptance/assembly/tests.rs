@@ -57,6 +57,9 @@ fn settings_say_how_the_test_was_made() {
     let s = Complex::new(3.0, TAU);
     let [re, im] = own.axes[0][0].accelerance;
     assert!((Complex::new(re, im) - s * s * 2.0).norm() < 1e-9);
+    let stated = Settings { unit: Unit::parse("m/N"), ..settings() };
+    let [own] = &read(&TABLE.replace(" [m/N]", ""), &stated).unwrap()[..] else { panic!("one") };
+    assert!((own.axes[0][0].accelerance[0] + 2.0 * TAU.powi(2)).abs() < 1e-9);
     let turned = Settings { axes: [(1, -1.0), (0, 1.0), (2, 1.0)], ..settings() };
     let [own] = &read(TABLE, &turned).unwrap()[..] else { panic!("one") };
     assert!(own.axes[0].is_empty() && own.axes[1][0].accelerance[0] > 0.0);
@@ -137,7 +140,7 @@ fn nodes_are_named() {
     let direction = Some(Direction { axis: 0, sign: 1.0 });
     let function = |response: i64, force: i64| Function {
         place: format!("{response} per {force}"),
-        kind: Kind::Response(Unit::parse("m/s^2/N")),
+        kind: Kind::Response(Ok(Unit::parse("m/s^2/N").unwrap())),
         response: Dof { node: response, direction },
         reference: Dof { node: force, direction },
         grid: Grid { spacing_hz: 1.0, first_hz: 1.0 },
