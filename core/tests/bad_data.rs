@@ -321,8 +321,7 @@ fn bounds_without_width_are_refused() {
         );
     }
     // Who makes them by hand gets values that lie on them, and no deviation.
-    let mut random = Random::new(19);
-    let experiments = experiments(&nominal(), &mut random);
+    let experiments = [spectra(&one_record(), &MEASUREMENT).expect("a good record")];
     let none = Bounds::alike(Ranges { stiffness: [[5e7; 2]; 6], damping: [[1e4; 2]; 6] });
     let (estimate, verdicts) = identify(&mill3(), MEASUREMENT, none, &experiments);
     assert_eq!(identified(&verdicts), [], "χ²/dof {}", estimate.consistency);
