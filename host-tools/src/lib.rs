@@ -21,6 +21,7 @@ pub mod plan;
 mod predict;
 pub mod recording;
 mod show;
+mod summary;
 pub mod urdf;
 mod web;
 mod window;

@@ -2,12 +2,16 @@
 
 use std::process::ExitCode;
 
-use anyhow::Result;
+use anyhow::{Error, Result};
 use clap::Parser;
 use flexid_edge::console::{PrintError, complain};
 use flexid_edge::usage;
 use flexid_pipeline::input::BadInput;
 
+/// Exit status of work that is done.
+const SUCCESS: u8 = 0;
+/// Exit status for what is neither done nor bad input.
+const FAILURE: u8 = 1;
 /// Exit status for bad input or usage.
 const BAD_INPUT: u8 = 2;
 
@@ -28,15 +32,19 @@ pub fn main<A: Parser>(run: impl FnOnce(&A) -> Result<()>) -> ExitCode {
         Err(status) => return status,
     };
     let Err(error) = run(&arguments) else { return ExitCode::SUCCESS };
+    let status = status(&error);
+    if status != SUCCESS && !error.is::<Told>() {
+        complain(&format!("{}: {error:#}", A::command().get_name()));
+    }
+    status.into()
+}
+
+/// The exit status of a program that ends with an error.
+pub fn status(error: &Error) -> u8 {
     // A reader that closes the pipe has read all that it needs.
     if matches!(error.downcast_ref(), Some(PrintError::Closed)) {
-        return ExitCode::SUCCESS;
+        return SUCCESS;
     }
-    if error.is::<Told>() {
-        return ExitCode::FAILURE;
-    }
-    complain(&format!("{}: {error:#}", A::command().get_name()));
     let is_mistake = error.downcast_ref().is_some_and(BadInput::is_mistake);
-    let bad_input = is_mistake || error.is::<BadArgument>();
-    if bad_input { BAD_INPUT.into() } else { ExitCode::FAILURE }
+    if is_mistake || error.is::<BadArgument>() { BAD_INPUT } else { FAILURE }
 }

@@ -122,6 +122,14 @@ impl Cut {
         response
     }
 
+    /// Joint angles after `time` seconds, rad (m), base first.
+    pub fn angles(&self, time: f64) -> Vec<f64> {
+        match &self.course {
+            Some(course) => course.at(time)[..self.pose.len()].iter().map(|own| own[0]).collect(),
+            None => self.pose.clone(),
+        }
+    }
+
     /// The motion of the joint frames of a robot that feeds.
     fn guide(
         &self,

@@ -75,6 +75,12 @@ struct File {
     measurement: Sampling,
 }
 
+/// The experiments of a file, whatever else it holds.
+#[derive(Deserialize)]
+struct Experiments {
+    experiment: Vec<Entry>,
+}
+
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Truth {
@@ -135,13 +141,9 @@ impl Scenario {
         let bad = |message: String| BadInput::new(file, message);
         let bounds = raw.bounds.check(model).map_err(bad)?;
         let truth = truth(&raw.truth, model, &bounds).map_err(bad)?;
-        if raw.experiment.is_empty() {
-            return Err(bad("no [[experiment]]: give at least one".into()));
-        }
         raw.force.check().map_err(bad)?;
         raw.measurement.check().map_err(bad)?;
-        let experiments = raw.experiment.into_iter().map(|one| one.check(model, &raw.measurement));
-        let experiments = experiments.collect::<Result<_, _>>().map_err(bad)?;
+        let experiments = checked(raw.experiment, model, &raw.measurement).map_err(bad)?;
         Ok(Self { bounds, truth, experiments, cutting: raw.force, measurement: raw.measurement })
     }
 
@@ -172,6 +174,43 @@ impl Scenario {
         let spindle_rpm = [uniform(rng, [600.0, 900.0]), uniform(rng, [3000.0, 5400.0])];
         Experiment { pose, ..Experiment::standing("drawn", spindle_rpm, feed) }
     }
+}
+
+/// Reads and checks the `[[experiment]]` entries of `file`, a scenario or one of such entries alone. Their common sampling is `sampling`.
+///
+/// # Errors
+/// The file is wrong. The error is one line that names the file, the place, and the right input.
+pub fn experiments(
+    file: &Path,
+    model: &Model,
+    sampling: &Sampling,
+) -> Result<Vec<Experiment>, BadInput> {
+    parse_experiments(file, &input::read(file)?, model, sampling)
+}
+
+/// Checks the text of the file of [`experiments`].
+///
+/// # Errors
+/// Those of [`experiments`].
+pub fn parse_experiments(
+    file: &Path,
+    text: &str,
+    model: &Model,
+    sampling: &Sampling,
+) -> Result<Vec<Experiment>, BadInput> {
+    let Experiments { experiment } = input::parse_toml(file, text)?;
+    checked(experiment, model, sampling).map_err(|message| BadInput::new(file, message))
+}
+
+fn checked(
+    entries: Vec<Entry>,
+    model: &Model,
+    sampling: &Sampling,
+) -> Result<Vec<Experiment>, String> {
+    if entries.is_empty() {
+        return Err("no [[experiment]]: give at least one".into());
+    }
+    entries.into_iter().map(|one| one.check(model, sampling)).collect()
 }
 
 /// Range of a driven joint, rad (m): its limits, or ± π or ± 1 m where there is none.

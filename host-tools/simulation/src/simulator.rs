@@ -159,11 +159,12 @@ impl Simulator {
         let response = self.respond(&experiment.name, &cut, spindle, tell)?;
         let feed = self.plant.as_ref().map_or(&[][..], |plant| &plant.robot.feed_rad_per_s);
         let pose = |seconds: f64| {
-            if let Some(course) = &cut.course {
-                return course.at(seconds)[..cut.pose.len()].iter().map(|own| own[0]).collect();
-            }
             let rates = feed.iter().chain(std::iter::repeat(&0.0));
-            cut.pose.iter().zip(rates).map(|(angle, rate)| angle + seconds * rate).collect()
+            cut.angles(seconds)
+                .iter()
+                .zip(rates)
+                .map(|(angle, rate)| angle + seconds * rate)
+                .collect()
         };
         let rng = &mut self.rng;
         transmission::transmit(&response, pose, &sampling, quality, &self.signals, rng)

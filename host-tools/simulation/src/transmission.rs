@@ -123,7 +123,7 @@ impl Bus {
 }
 
 /// Adds normal noise to the readings of a sensor.
-pub(crate) fn add_noise(readings: &mut [Vector3<f64>], deviation: f64, rng: &mut impl Rng) {
+pub fn add_noise(readings: &mut [Vector3<f64>], deviation: f64, rng: &mut impl Rng) {
     let values = readings.iter_mut().flat_map(|reading| reading.iter_mut());
     values
         .for_each(|value| *value += deviation * Distribution::<f64>::sample(&StandardNormal, rng));

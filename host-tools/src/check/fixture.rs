@@ -98,6 +98,7 @@ pub(super) fn empty() -> Survey {
         unexpected: Vec::new(),
         records: Vec::new(),
         shown: None,
+        knowledge: None,
         obstacle: None,
         implausible: Vec::new(),
         at_limit: None,

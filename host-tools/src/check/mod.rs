@@ -108,6 +108,25 @@ fn unless_all_is_lost(survey: &Survey) -> Severity {
     if survey.usable().next().is_some() { Severity::Doubtful } else { Severity::Wrong }
 }
 
+/// Judges a cut that is simulated, the gravest first: its path, its excitation, and why it has no record that a fit would take, if it has none.
+pub(crate) fn of_cut(config: &Config, survey: &Survey) -> Vec<Finding> {
+    let mut findings = joints::judge(config, survey);
+    findings.extend(excitation::judge(survey));
+    findings.extend(paths::judge(config, survey));
+    if survey.usable().next().is_none() {
+        let is_explained = findings.iter().any(|finding| finding.severity == Severity::Wrong);
+        findings.extend(records::judge(config, survey, is_explained));
+    }
+    findings.sort_by_key(|finding| finding.severity);
+    findings
+}
+
+/// The paths of a survey in words; `None` without any.
+pub(crate) fn path(survey: &Survey) -> Option<String> {
+    let all: Vec<String> = paths::paths(survey).iter().map(paths::Path::text).collect();
+    (!all.is_empty()).then(|| all.join("; "))
+}
+
 /// The findings on a configuration and its logs.
 pub(crate) struct Check<'a> {
     config: &'a Config,

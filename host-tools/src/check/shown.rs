@@ -33,7 +33,7 @@ pub(super) fn judge(config: &Config, survey: &Survey) -> Option<Finding> {
         return Some(Finding::right(ABOUT, finding));
     }
     let severity = if 2 * identified <= count { Doubtful } else { Note };
-    let mend = "mill in regions far from these, along paths or standing (`flexid plan` proposes poses), and sweep the spindle's speed";
+    let mend = "mill in regions far from these, along paths (`flexid plan --cuts` judges them) or in poses that `flexid plan` proposes, and sweep the spindle's speed";
     Some(Finding::new(severity, ABOUT, finding, mend))
 }
 

@@ -34,6 +34,7 @@ use crate::json::ResultJson;
 use crate::recording;
 use crate::recording::meter::{Meter, Work};
 use crate::show::table;
+use crate::summary::Summary;
 use crate::{urdf, window};
 
 /// Most driven joints that one pose may determine: those of the reference robot.
@@ -43,7 +44,8 @@ const AFTER_HELP: &str = "Exit status: 0 whatever the numbers are worth; 1 where
 
 Examples:
   $ flexid identify --config edge.toml cut.log --json found.json
-  $ flexid identify --config edge.toml first.log.gz second.log --explain --report report.html";
+  $ flexid identify --config edge.toml first.log.gz second.log --explain --report report.html
+  $ flexid identify --config edge.toml cut.log --json cut.json --summary cut.csv";
 
 #[derive(Debug, clap::Args)]
 #[command(after_help = AFTER_HELP)]
@@ -64,12 +66,28 @@ pub(super) struct Args {
     /// Write the page that `report` makes of the result
     #[arg(long, value_name = "REPORT.html")]
     report: Option<PathBuf>,
+    /// Write a table of one line as CSV: the recordings, exit status and reason, how good the fit is, stiffnesses and dampings
+    ///
+    /// It is written when the run ends, whole or not at all, whether there is a result or an error. Only a wrong configuration or command line
+    /// writes none. Each of many runs has a file of its own, and `cat` joins them.
+    #[arg(long, value_name = "LINE.csv")]
+    summary: Option<PathBuf>,
     /// Compare with the truth, as `simulate --truth-json` writes it: how far each number is off, how many intervals hold, and which miss
     #[arg(long, value_name = "TRUTH.json")]
     truth: Option<PathBuf>,
 }
 
 pub(super) fn run(args: &Args) -> Result<()> {
+    let mut summary = None;
+    let end = identify(args, &mut summary);
+    match summary {
+        Some(summary) => summary.finish(end),
+        None => end,
+    }
+}
+
+/// Identifies. Makes the summary, if it is wanted, as soon as the configuration is known.
+fn identify(args: &Args, summary: &mut Option<Summary>) -> Result<()> {
     // All input is checked before the work begins, so that no work is wasted.
     let mut config = match args.logs.as_slice() {
         [] => Config::load_statics(&args.config)?,
@@ -88,10 +106,12 @@ pub(super) fn run(args: &Args) -> Result<()> {
     };
     let named = args.logs.iter().map(PathBuf::as_path);
     let read = config.files().chain(named).chain(args.truth.as_deref());
-    output::keeps(read, args.json.as_deref().into_iter().chain(args.report.as_deref()))?;
-    output::is_not_stdout(args.json.as_deref().into_iter().chain(args.report.as_deref()))?;
-    let json = args.json.as_deref().map(Output::create).transpose()?;
-    let page = args.report.as_deref().map(Output::create).transpose()?;
+    let written = [&args.json, &args.report, &args.summary].map(Option::as_deref);
+    output::keeps(read, written.into_iter().flatten())?;
+    output::is_not_stdout(written.into_iter().flatten())?;
+    let [json, page, line] = written.map(|file| file.map(Output::create).transpose());
+    let (json, page) = (json?, page?);
+    *summary = line?.map(|line| Summary::new(line, &config, &args.logs));
     let Identified { config, finding, robot, statics, evidence, clocks, broken } = match logs
         .as_slice()
     {
@@ -114,6 +134,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
         }
         logs => from_logs(&config, logs)?,
     };
+    summary.iter_mut().for_each(|summary| summary.note(&finding.report));
     let coverage = truth.as_ref().map(|truth| Coverage::of(&finding, truth));
     let written = if json.is_some() || page.is_some() {
         let origin = origin(args, &config, evidence.as_ref());
@@ -364,8 +385,8 @@ fn warn_of_one_pose(config: &Config, robot: &FoundRobot) {
     let joints = robot.model.driven().count();
     if joints > ONE_POSE && config.statics.tests.is_empty() && robot.has_one_pose() {
         complain(&format!(
-            "warning: all records are of one pose, which does not determine a robot of {joints} joints: mill in three poses or more \
-             (`flexid plan` proposes them)"
+            "warning: all records are of one pose, which does not determine a robot of {joints} joints: mill along paths in several regions, \
+             or in poses that `flexid plan` proposes"
         ));
     }
 }

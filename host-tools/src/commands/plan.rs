@@ -1,5 +1,6 @@
-//! `flexid plan`: which experiments to do next.
+//! `flexid plan`: which experiments to do next, and what cuts of the user will tell.
 
+use std::io;
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -12,21 +13,25 @@ use flexid_console::progress;
 use flexid_core::chain::Chain;
 use flexid_core::spectrum::SpectrumError;
 use flexid_edge::console::{complain, print};
+use flexid_pipeline::check::Survey;
 use flexid_pipeline::config::Config;
 use flexid_pipeline::input::BadInput;
 use flexid_pipeline::model::Model;
 use flexid_pipeline::path;
 use flexid_pipeline::text::count;
 use flexid_prediction::document::Found;
-use flexid_simulation::scenario::{Cutting, Scenario};
-use rayon::ThreadPoolBuilder;
+use flexid_simulation::scenario::{Cutting, Experiment, Scenario, experiments};
+use rayon::iter::{IntoParallelRefIterator as _, ParallelIterator as _};
+use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use super::pose;
 use super::range::LARGEST_FORCE_N;
+use crate::check::{self, Finding, Severity};
 use crate::numbers::{Numbers, numbers};
 use crate::place::{self, Place, ToolBox};
 use crate::plan::candidates::Candidates;
 use crate::plan::greedy::Criterion;
+use crate::plan::own::{Own, too_fast};
 use crate::plan::start::Start;
 use crate::plan::{self, table};
 use crate::window;
@@ -45,7 +50,8 @@ Examples:
   $ flexid plan --config mill6-edge.toml
   $ flexid plan --config mill6-edge.toml --from found.json --experiments 2 --force 300
   $ flexid plan --config mill6-edge.toml --box 0.6,1.4,-0.5,0.5,0,0.8
-  $ flexid plan --config mill6-edge.toml --poses reachable.csv";
+  $ flexid plan --config mill6-edge.toml --poses reachable.csv
+  $ flexid plan --config mill3-edge.toml --cuts mill3-feed.toml";
 
 #[derive(Debug, clap::Args)]
 #[command(after_help = AFTER_HELP)]
@@ -71,6 +77,9 @@ pub(super) struct Args {
     /// Poses to choose from: so many, spread evenly, or own ones from a table with the columns q1,q2,... (rad, m) or q1_deg,...
     #[arg(long, value_name = "N|FILE.csv", default_value = "64", value_parser = poses)]
     poses: Poses,
+    /// Cuts that you mean to mill, along paths or standing, to be compared with the plan: [[experiment]] entries as in a scenario
+    #[arg(long, value_name = "CUTS.toml")]
+    cuts: Option<PathBuf>,
     /// Box in which the tool is to be, along the axes of the base, m
     #[arg(long = "box", value_name = "X0,X1,Y0,Y1,Z0,Z1", value_parser = numbers, allow_hyphen_values = true)]
     tool_box: Option<Numbers>,
@@ -135,7 +144,8 @@ pub(super) fn run(args: &Args) -> Result<()> {
         Poses::Spread(_) => None,
     };
     let near = args.near.as_deref().map(Path::new);
-    let read = config.files().chain(args.from.as_deref()).chain(table).chain(near);
+    let cuts = args.cuts.as_deref();
+    let read = config.files().chain(args.from.as_deref()).chain(table).chain(near).chain(cuts);
     output::is_not_stdout(args.json.as_deref())?;
     output::keeps(read, args.json.as_deref())?;
     let json = args.json.as_deref().map(Output::create).transpose()?;
@@ -147,17 +157,18 @@ pub(super) fn run(args: &Args) -> Result<()> {
         bushings: &start.bushings,
         sought,
     };
-    let possible = (poses.len() * candidates.cuts_per_pose()) as u64;
-    let bar = progress::bar(possible, "weighing");
     let threads =
         ThreadPoolBuilder::new().stack_size(STACK).build().context("no threads can be started")?;
+    let own = cuts.map(|file| own(file, &candidates, &threads)).transpose()?.unwrap_or_default();
+    let possible = (poses.len() * candidates.cuts_per_pose()) as u64;
+    let bar = progress::bar(possible, "weighing");
     let (criterion, wanted) = (args.criterion, args.experiments as usize);
     let planned = threads.install(|| {
         let all = candidates.evaluate(&poses, || bar.inc(1))?;
         let lost = possible - all.len() as u64;
         bar.finish_and_clear();
         let bar = progress::bar(args.experiments, "choosing");
-        let planned = plan::plan(&candidates, &start, &all, criterion, wanted, || bar.inc(1));
+        let planned = plan::plan(&candidates, &start, &all, &own, criterion, wanted, || bar.inc(1));
         bar.finish_and_clear();
         Ok((lost, planned))
     });
@@ -182,6 +193,46 @@ pub(super) fn run(args: &Args) -> Result<()> {
     }
     let text = table::plan(&planned, window::columns());
     Ok(print(&window::fit(&format!("{text}{experiments} planned, {seconds:.1} s\n")))?)
+}
+
+/// The cuts of the file of `--cuts`, with their records. Warns of what is doubtful in them.
+///
+/// # Errors
+/// The file is wrong; or the robot does not withstand a cut, or it gives no record.
+fn own(file: &Path, candidates: &Candidates<'_>, threads: &ThreadPool) -> Result<Vec<Own>> {
+    let config = candidates.config;
+    let cuts = experiments(file, &config.model, &candidates.scenario.measurement)?;
+    let bar = progress::bar(cuts.len() as u64, "milling");
+    let mill = |cut| {
+        let survey = candidates.mill(cut);
+        bar.inc(1);
+        survey
+    };
+    let surveys: Vec<_> = threads.install(|| cuts.par_iter().map(mill).collect());
+    bar.finish_and_clear();
+    let judged = |(experiment, survey): (Experiment, io::Result<Option<Survey>>)| {
+        let of_cut = |what: String| {
+            BadInput::new(file, format!("[[experiment]] \"{}\": {what}", experiment.name))
+        };
+        let Some(survey) = survey? else {
+            return Err(of_cut("makes the robot give way: allow less force".into()).into());
+        };
+        if let Some(why) =
+            too_fast(config, &experiment).filter(|_| survey.usable().next().is_none())
+        {
+            return Err(of_cut(why).into());
+        }
+        let findings = check::of_cut(config, &survey);
+        let is = |severity| move |own: &&Finding| own.severity == severity;
+        if let Some(wrong) = findings.iter().find(is(Severity::Wrong)) {
+            return Err(of_cut(wrong.to_string()).into());
+        }
+        let doubts = findings.iter().filter(is(Severity::Doubtful));
+        doubts.for_each(|doubt| complain(&format!("warning: {}", of_cut(doubt.to_string()))));
+        let path = check::path(&survey);
+        Ok(Own { experiment, survey, path })
+    };
+    cuts.into_iter().zip(surveys).map(judged).collect()
 }
 
 /// The poses to choose from.

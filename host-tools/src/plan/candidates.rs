@@ -1,15 +1,13 @@
 //! The experiments to choose from, and the information of each.
 
-use fearless_simd::Level;
 use flexid_core::chain::Chain;
 use flexid_core::parameters::Bushings;
-use flexid_core::refine::{Basis, Information, Plant, Problem, Refinement};
+use flexid_core::refine::{Basis, Information, Refinement};
 use flexid_core::sought::Sought;
 use flexid_core::spectrum::{self, SpectrumError};
-use flexid_core::statics::StaticTest;
 use flexid_core::stream::Record;
 use flexid_pipeline::config::Config;
-use flexid_pipeline::knowledge::Knowledge;
+use flexid_pipeline::knowledge::{Assumed, Knowledge};
 use flexid_pipeline::{BINS, SAMPLES};
 use rand_core::SeedableRng as _;
 use rand_xoshiro::Xoshiro256PlusPlus;
@@ -80,7 +78,8 @@ impl Candidates<'_> {
                         return (error != SpectrumError::NoForce).then_some(Err(error));
                     }
                 };
-                let problem = self.problem(&measurement);
+                let assumed = self.assumed();
+                let problem = assumed.problem(&measurement, &[]);
                 let information = refinement.information(&problem, &spectra, Basis::Planned);
                 done();
                 let experiment = Experiment { pose: pose.to_vec(), ..cut.clone() };
@@ -102,13 +101,7 @@ impl Candidates<'_> {
     /// then rings into its beginning, and its parameters seem up to twice as well determined as they are.
     pub fn simulate(&self, experiment: &Experiment) -> Option<Knowledge> {
         let mut record = self.record(experiment);
-        let sampling = self.sampling();
-        let cut = Cut {
-            gravity: self.config.gravity.into(),
-            accelerometer: self.config.accelerometer,
-            mounting: self.config.mounting,
-            ..Cut::new(experiment, &self.cutting, &sampling, &mut generator())
-        };
+        let cut = self.cut(experiment, &self.sampling());
         let response = cut.response(self.chain, self.bushings);
         record.pose = cut.pose.iter().copied().collect();
         let simulated = [&response.force, &response.acceleration];
@@ -124,12 +117,14 @@ impl Candidates<'_> {
         self.knowledge(&record, Basis::Measured)
     }
 
-    /// What the priors of the imperfections say.
-    ///
-    /// # Panics
-    /// Never: without a static test there is no pose without an equilibrium.
-    pub fn priors(&self) -> Knowledge {
-        Knowledge::of_priors(&self.statics(&[]).expect("no test has no equilibrium"))
+    /// The cut of an experiment, with its force.
+    pub(super) fn cut(&self, experiment: &Experiment, sampling: &Sampling) -> Cut {
+        Cut {
+            gravity: self.config.gravity.into(),
+            accelerometer: self.config.accelerometer,
+            mounting: self.config.mounting,
+            ..Cut::new(experiment, &self.cutting, sampling, &mut generator())
+        }
     }
 
     fn knowledge(&self, record: &Record<SAMPLES>, basis: Basis) -> Option<Knowledge> {
@@ -137,39 +132,18 @@ impl Candidates<'_> {
         let mut buffer = Box::new([0.0; SAMPLES]);
         let spectra =
             spectrum::Experiment::<BINS>::new(self.chain, &measurement, record, &mut buffer);
-        let spectra = Box::new(spectra.ok()?);
-        let mut refinement = Box::new(Refinement::new(self.sought, self.bushings));
-        let problem = self.problem(&measurement);
-        let mut plant = Box::new(Plant::new(&self.config.accuracies, self.chain));
-        let information =
-            refinement.information_on_plant(&problem, &spectra, basis, &mut plant).ok()?;
-        Knowledge::of(&information)
+        self.assumed().of_experiment(&Box::new(spectra.ok()?), basis)
     }
 
-    /// What static tests say; `None` where the robot has no equilibrium under gravity.
-    pub fn statics(&self, tests: &[StaticTest]) -> Option<Knowledge> {
-        let measurement = self.config.measurement();
-        let problem = Problem { statics: tests, ..self.problem(&measurement) };
-        let refinement = Box::new(Refinement::new(self.sought, self.bushings));
-        let mut plant = Box::new(Plant::new(&self.config.accuracies, self.chain));
-        let information = refinement.information_of_statics(&problem, &mut plant).ok()?;
-        Knowledge::of(&information)
+    /// The robot about which experiments say something.
+    pub fn assumed(&self) -> Assumed<'_> {
+        let Self { config, sought, chain, bushings, .. } = *self;
+        Assumed { config, sought, chain, bushings }
     }
 
     /// Number of cuts at each pose.
     pub fn cuts_per_pose(&self) -> usize {
         self.cuts().len()
-    }
-
-    fn problem<'a>(&'a self, measurement: &'a spectrum::Measurement) -> Problem<'a> {
-        Problem {
-            chain: self.chain,
-            measurement,
-            bounds: &self.config.bounds,
-            sought: self.sought,
-            statics: &[],
-            level: Level::new(),
-        }
     }
 
     /// Cuts with the spindle speeds of the scenario's experiments, fed along each axis.
@@ -221,6 +195,6 @@ impl Candidates<'_> {
 }
 
 /// A generator that gives every cut the same roughness.
-fn generator() -> Xoshiro256PlusPlus {
+pub(super) fn generator() -> Xoshiro256PlusPlus {
     Xoshiro256PlusPlus::seed_from_u64(SEED.into())
 }

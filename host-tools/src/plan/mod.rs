@@ -11,11 +11,13 @@
 //! | [`start`]      | the information at the start: bounds, or an estimate      |
 //! | [`candidates`] | the experiments to choose from, and their information     |
 //! | [`greedy`]     | the choice                                                |
+//! | [`own`]        | cuts that the user means to mill                          |
 //! | [`prediction`] | the expected precision of the parameters                  |
 //! | [`table`]      | the plan for people                                       |
 
 pub mod candidates;
 pub mod greedy;
+pub mod own;
 mod parameters;
 pub mod prediction;
 pub mod start;
@@ -24,15 +26,18 @@ pub mod table;
 use std::cmp::Ordering;
 
 use flexid_core::refine::Information;
+use flexid_pipeline::check::Examined;
 use flexid_pipeline::knowledge::Knowledge;
+use flexid_pipeline::names::name;
 use flexid_simulation::scenario::{Experiment, Feed};
 use rayon::iter::{IntoParallelRefIterator as _, ParallelIterator as _};
 use serde::Serialize;
 
 use candidates::{Candidate, Candidates};
 use greedy::Criterion;
+use own::Own;
 pub(crate) use parameters::parameters;
-use prediction::Prediction;
+use prediction::{Prediction, deviations};
 use start::Start;
 
 use crate::place::tool;
@@ -53,8 +58,48 @@ pub struct Plan {
     pub given_up: usize,
     /// Prediction before the first experiment.
     pub now: Prediction,
+    /// Cuts of the user, in their order. The chosen experiments stand in place of them.
+    pub own: Vec<OwnStep>,
     /// Chosen experiments, best first.
     pub steps: Vec<Step>,
+    /// All parameters; tied ones count once.
+    pub parameters: Vec<Expected>,
+}
+
+/// A parameter, and its relative standard deviations: infinite (`null` in JSON) where the experiments do not determine it.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Expected {
+    /// Name, for example `joint_1 tx stiffness`.
+    pub name: String,
+    /// Before the first experiment.
+    pub now: f64,
+    /// After all cuts of the user; `None` without any.
+    pub own: Option<f64>,
+    /// After all chosen experiments.
+    pub steps: f64,
+}
+
+/// A cut of the user.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct OwnStep {
+    /// Its name.
+    pub name: String,
+    /// Joint angles at the start, rad (m).
+    pub pose: Vec<f64>,
+    /// Place of the tool at the start along the axes of the base, m.
+    pub tool_m: [f64; 3],
+    /// Its path in words; `None` where the robot stands.
+    pub path: Option<String>,
+    /// Spindle speed at the beginning and at the end of the cut, revolutions per minute.
+    pub spindle_rpm: [f64; 2],
+    /// Axis of the TCP along which the cutter's force takes the tool to be fed.
+    pub feed: Feed,
+    /// Number of records that a fit takes.
+    pub records: usize,
+    /// Time of these that a fit uses, s.
+    pub seconds: f64,
+    /// Prediction after this cut and all before it.
+    pub after: Prediction,
 }
 
 /// One experiment of a plan.
@@ -73,11 +118,12 @@ pub struct Step {
 }
 
 /// Chooses `count` experiments, or fewer if the robot withstands none of those that are left. It may choose one more
-/// than once. It calls `chosen` once for each.
+/// than once. It calls `chosen` once for each. It predicts what the user's `own` cuts give in place of them.
 pub fn plan(
     workplace: &Candidates<'_>,
     start: &Start,
     candidates: &[Candidate],
+    own: &[Own],
     criterion: Criterion,
     count: usize,
     chosen: impl Fn(),
@@ -100,11 +146,32 @@ pub fn plan(
         information.add(&others);
         information
     };
-    let mut known = workplace.priors();
-    if let Some(statics) = workplace.statics(&config.statics.tests).filter(|_| !start.has_statics) {
+    let assumed = workplace.assumed();
+    let mut known = assumed.priors();
+    let statics = assumed.of_statics(&config.statics.tests);
+    if let Some(statics) = statics.filter(|_| !start.has_statics) {
         known.add(&statics);
     }
-    let now = predict(&of(&known));
+    let (at_first, now) = (of(&known), predict(&of(&known)));
+    let mut with_own = known.clone();
+    let own_step = |Own { experiment, survey, path }: &Own| {
+        survey.knowledge.iter().for_each(|records| with_own.add(records));
+        let Experiment { name, pose, spindle_rpm, feed, .. } = experiment.clone();
+        let used_s =
+            |own: &Examined| own.travel.as_ref().map_or(own.seconds, |travel| travel.even_s());
+        OwnStep {
+            name,
+            tool_m: tool(workplace.chain, &pose).into(),
+            pose,
+            path: path.clone(),
+            spindle_rpm,
+            feed,
+            records: survey.usable().count(),
+            seconds: survey.usable().map(used_s).sum(),
+            after: predict(&of(&with_own)),
+        }
+    };
+    let own_steps: Vec<_> = own.iter().map(own_step).collect();
     let mut left: Vec<&Candidate> = candidates.iter().collect();
     let mut steps = Vec::new();
     while steps.len() < count {
@@ -138,13 +205,26 @@ pub fn plan(
         steps.push(Step { pose, tool_m, spindle_rpm, feed, after: predict(&of(&known)) });
         chosen();
     }
+    let [first, mine, last] =
+        [&at_first, &of(&with_own), &of(&known)].map(|known| deviations(sought, known));
+    let parameter = |unknown: usize| {
+        let coordinate = sought.coordinate(unknown);
+        Expected {
+            name: coordinate.map(|own| name(&config.model, own).to_string()).unwrap_or_default(),
+            now: first[unknown],
+            own: (!own.is_empty()).then(|| mine[unknown]),
+            steps: last[unknown],
+        }
+    };
     Plan {
         criterion,
         peak_tangential_n: workplace.cutting.peak_tangential_n,
         candidates: left.len(),
         given_up: candidates.len() - left.len(),
         now,
+        own: own_steps,
         steps,
+        parameters: (0..parameters(sought)).map(parameter).collect(),
     }
 }
 
@@ -218,7 +298,7 @@ mod tests {
                 };
                 let sizes: Vec<f64> = candidates.iter().map(size).collect();
                 let best = (0..sizes.len()).min_by(|&a, &b| sizes[a].total_cmp(&sizes[b])).unwrap();
-                let plan = plan(workplace, start, &candidates, criterion, 1, || ());
+                let plan = plan(workplace, start, &candidates, &[], criterion, 1, || ());
                 let Step { pose, spindle_rpm, feed, after, .. } = &plan.steps[0];
                 let Experiment { pose: its_pose, spindle_rpm: its_rpm, feed: its_feed, .. } =
                     &candidates[best].experiment;
@@ -238,7 +318,7 @@ mod tests {
         let prior = 0.02;
         at_work(&[("acceleration_gain", prior), ("link_mass", prior)], |workplace, start| {
             let candidates = workplace.evaluate(&poses(workplace, 4), || ()).unwrap();
-            let plan = plan(workplace, start, &candidates, Criterion::D, 1, || ());
+            let plan = plan(workplace, start, &candidates, &[], Criterion::D, 1, || ());
             let Prediction { identified, weak, not_observable, median, .. } = plan.steps[0].after;
             assert_eq!((identified + weak, not_observable), (36, 0));
             // Three gains and three masses share the factor.
@@ -258,13 +338,15 @@ mod tests {
             candidates[1].experiment.pose = vec![f64::NAN; 3];
             let chosen = Cell::new(0);
             let note = || chosen.set(chosen.get() + 1);
-            let planned = plan(workplace, start, &candidates, Criterion::D, 2, note);
+            let planned = plan(workplace, start, &candidates, &[], Criterion::D, 2, note);
             assert_eq!(chosen.get(), 2);
             assert_eq!((planned.candidates, planned.given_up), (1, 1));
             let poses: Vec<_> = planned.steps.iter().map(|step| &step.pose).collect();
             assert_eq!(poses, [&sound.pose; 2]);
             assert!(
-                plan(workplace, start, &candidates[1..], Criterion::D, 2, || ()).steps.is_empty()
+                plan(workplace, start, &candidates[1..], &[], Criterion::D, 2, || ())
+                    .steps
+                    .is_empty()
             );
         });
     }

@@ -38,19 +38,15 @@ impl Prediction {
         information: &Information,
         uncertainty: f64,
     ) -> Self {
-        let covariance = information.covariance();
-        let deviations: Vec<f64> =
-            (0..parameters(sought)).map(|unknown| covariance.deviation(unknown)).collect();
+        let deviations = deviations(sought, information);
         let worst = (0..deviations.len()).max_by(|&a, &b| deviations[a].total_cmp(&deviations[b]));
         let coordinate = worst.and_then(|worst| sought.coordinate(worst));
         let mut sorted = deviations;
         sorted.sort_unstable_by(f64::total_cmp);
         // The upper median of an even number of values, so that the prediction is not too good.
         let median = sorted.get(sorted.len() / 2).copied().unwrap_or(f64::INFINITY);
-        let trust = Trust::new(1.0, true);
-        let count = |verdict: Verdict| {
-            sorted.iter().filter(|deviation| trust.verdict(1.0, **deviation).0 == verdict).count()
-        };
+        let count =
+            |own: Verdict| sorted.iter().filter(|deviation| verdict(**deviation) == own).count();
         Self {
             uncertainty,
             median,
@@ -61,4 +57,16 @@ impl Prediction {
             not_observable: count(Verdict::NotObservable),
         }
     }
+}
+
+/// Expected relative standard deviation of each parameter, in the order of the unknowns. It is infinite (`null` in JSON) where the experiments do not
+/// determine it.
+pub fn deviations(sought: &Sought, information: &Information) -> Vec<f64> {
+    let covariance = information.covariance();
+    (0..parameters(sought)).map(|unknown| covariance.deviation(unknown)).collect()
+}
+
+/// The verdict that a parameter will have, from its relative standard deviation.
+pub fn verdict(deviation: f64) -> Verdict {
+    Trust::new(1.0, true).verdict(1.0, deviation).0
 }

@@ -1,32 +1,39 @@
 //! The plan as a table for people.
 
 use comfy_table::CellAlignment;
+use flexid_core::verdict::Verdict;
+use flexid_pipeline::text::count;
 use flexid_simulation::scenario::Feed;
 use flexid_wire::words::Percent;
 
-use super::{Plan, Prediction, Step};
+use super::prediction::verdict;
+use super::{Expected, OwnStep, Plan, Prediction, Step};
 use crate::plan::greedy::Criterion;
 use crate::window;
 
-/// The plan as text: a line for the state before the first experiment, and a line for each experiment. Tables have at most so many columns.
+/// The plan as text: a line for the state before the first experiment, and a line for each experiment. Cuts of the user have a table more. Tables have
+/// at most so many columns.
 pub fn plan(plan: &Plan, columns: usize) -> String {
+    let places = |numbers: &[f64]| {
+        let all: Vec<String> = numbers.iter().map(|one| format!("{one:.2}")).collect();
+        all.join(", ")
+    };
     let mut poses = window::table(columns, ["step", "pose, rad (m)", "tool x, y, z, m"]);
     let header = ["step", "cut", "uncertainty", "median", "worst", "verdicts"];
     let mut table = window::table(columns, header);
     table.add_row(row("now".into(), String::new(), &plan.now));
+    for (number, own) in (1..).zip(&plan.own) {
+        let OwnStep { pose, tool_m, path, spindle_rpm, feed, records, seconds, after, .. } = own;
+        let number = format!("own {number}");
+        let path = path.as_ref().map(|path| format!(", then {path}")).unwrap_or_default();
+        poses.add_row([number.clone(), format!("[{}]{path}", places(pose)), places(tool_m)]);
+        let records = count(*records as u64, "record");
+        let cut = format!("{}; {records}, {seconds:.1} s", cut(*feed, spindle_rpm));
+        table.add_row(row(number, cut, after));
+    }
     for (number, Step { pose, tool_m, spindle_rpm, feed, after }) in (1..).zip(&plan.steps) {
-        let places = |numbers: &[f64]| {
-            let all: Vec<String> = numbers.iter().map(|one| format!("{one:.2}")).collect();
-            all.join(", ")
-        };
         poses.add_row([number.to_string(), format!("[{}]", places(pose)), places(tool_m)]);
-        let feed = match feed {
-            Feed::X => "x",
-            Feed::Y => "y",
-            Feed::Z => "z",
-        };
-        let cut = format!("{feed}, {} to {} rpm", spindle_rpm[0], spindle_rpm[1]);
-        table.add_row(row(number.to_string(), cut, after));
+        table.add_row(row(number.to_string(), cut(*feed, spindle_rpm), after));
     }
     for column in table.column_iter_mut().skip(2) {
         column.set_cell_alignment(CellAlignment::Right);
@@ -41,8 +48,19 @@ pub fn plan(plan: &Plan, columns: usize) -> String {
         some => format!("; {some} given up, which make the robot give way"),
     };
     let end = plan.steps.last().map_or(&plan.now, |last| &last.after);
+    let (parameters, own) = match plan.own.is_empty() {
+        true => (String::new(), String::new()),
+        false => (
+            format!("\n\n{}", parameters(plan, columns)),
+            format!(
+                "\x20own: {}, simulated; steps 1 to {} stand in place of them\n",
+                count(plan.own.len() as u64, "cut"),
+                plan.steps.len()
+            ),
+        ),
+    };
     format!(
-        "{poses}\n\n{table}\n\
+        "{poses}\n\n{table}{parameters}\n{own}\
          \x20pose: joints, base first, within their limits: see for yourself that it is clear; tool: along the axes of the base\n\
          \x20cut: axis of the TCP that the tool is fed along, spindle speed from start to end, at most \
          {peak_tangential_n} N on a tooth\n\
@@ -55,6 +73,35 @@ pub fn plan(plan: &Plan, columns: usize) -> String {
         end.worst_parameter,
         percent(end.worst)
     )
+}
+
+/// What each parameter will be known to after the cuts of the user, and after the steps.
+fn parameters(plan: &Plan, columns: usize) -> String {
+    let mut table = window::table(columns, ["parameter", "own", "", "steps", ""]);
+    for Expected { name, own, steps, .. } in &plan.parameters {
+        let own = own.unwrap_or(f64::INFINITY);
+        let word = |deviation| match verdict(deviation) {
+            Verdict::Identified => "identified".to_owned(),
+            Verdict::Weak => "weak".to_owned(),
+            Verdict::NotObservable => "not observable".to_owned(),
+        };
+        table.add_row([name.clone(), percent(own), word(own), percent(*steps), word(*steps)]);
+    }
+    for column in [1, 3] {
+        let column = table.column_mut(column);
+        column.into_iter().for_each(|own| own.set_cell_alignment(CellAlignment::Right));
+    }
+    table.to_string()
+}
+
+/// A cut in words.
+fn cut(feed: Feed, spindle_rpm: &[f64; 2]) -> String {
+    let feed = match feed {
+        Feed::X => "x",
+        Feed::Y => "y",
+        Feed::Z => "z",
+    };
+    format!("{feed}, {} to {} rpm", spindle_rpm[0], spindle_rpm[1])
 }
 
 fn row(number: String, cut: String, prediction: &Prediction) -> Vec<String> {

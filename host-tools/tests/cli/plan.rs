@@ -82,14 +82,23 @@ fn rewrite(file: &Path, from: &str, until: &str, with: &str) {
 
 /// Result if the plan is carried out, from these experiments and the logs of those `before`.
 fn carried_out(folder: &Path, plan: &Value, before: &str) -> Found {
+    milled(folder, &experiments(plan), before)
+}
+
+/// The `[[experiment]]` entries of a plan.
+fn experiments(plan: &Value) -> String {
     let experiment = |step: &Value| {
         let [pose, rpm, feed] = ["pose", "spindle_rpm", "feed"].map(|key| &step[key]);
         format!(
             "[[experiment]]\nname = \"planned\"\npose = {pose}\nspindle_rpm = {rpm}\nfeed = {feed}\n"
         )
     };
-    let experiments: String = plan["steps"].as_array().unwrap().iter().map(experiment).collect();
-    rewrite(&folder.join("mill3.toml"), "[[experiment]]", "[force]", &experiments);
+    plan["steps"].as_array().unwrap().iter().map(experiment).collect()
+}
+
+/// Result of these `[[experiment]]` entries and the logs of those `before`.
+fn milled(folder: &Path, experiments: &str, before: &str) -> Found {
+    rewrite(&folder.join("mill3.toml"), "[[experiment]]", "[force]", experiments);
     for command in [
         "simulate --config edge.toml --seed 2 --candump planned.log",
         &format!("identify --config edge.toml {before} planned.log --json both.json"),
@@ -306,4 +315,99 @@ fn a_plan_counts_the_static_tests() {
     let known = motions.iter().enumerate().map(variance).sum::<f64>() / 5e-6_f64.powi(2);
     let expected = (1.0 + known).powf(-0.5 / 36.0);
     assert!((shrunk / expected - 1.0).abs() < 1e-6, "{shrunk} for {expected}");
+}
+
+/// Two cuts along paths and one standing.
+const CUTS: &str = "[[experiment]]
+name = \"slot\"
+pose = [0.0, -0.45, 0.95]
+spindle_rpm = [600, 4200]
+feed = \"x\"
+path_mm = [[150.0, 0.0, 0.0]]
+feed_mm_per_s = 20.0
+duration_s = 9.5
+[[experiment]]
+name = \"face\"
+pose = [0.7, -1.1, 1.9]
+spindle_rpm = [900, 5400]
+feed = \"y\"
+path_mm = [[-60.0, 80.0, 0.0]]
+feed_mm_per_s = 20.0
+duration_s = 7.0
+[[experiment]]
+name = \"plunge\"
+pose = [-0.6, -0.2, 0.45]
+spindle_rpm = [600, 3000]
+feed = \"z\"
+";
+
+/// `identify` finds along paths what `plan` predicts of them, from a simulation with other cuts and other noise.
+#[test]
+fn a_path_determines_what_the_plan_predicts() {
+    let folder = folder();
+    assume_truth(folder.path());
+    fs::write(folder.path().join("cuts.toml"), CUTS).unwrap();
+    let (table, plan) = planned(folder.path(), "--cuts cuts.toml --poses 1 --experiments 1");
+    let own = plan["own"].as_array().unwrap();
+    let names: Vec<&str> = own.iter().map(|cut| cut["name"].as_str().unwrap()).collect();
+    assert_eq!(names, ["slot", "face", "plunge"]);
+    assert!(own[0]["path"].as_str().unwrap().contains(" mm at 20.0 mm/s"), "{plan}");
+    assert_eq!((&own[2]["path"], &own[2]["records"]), (&Value::Null, &Value::from(1)));
+    assert!(own[0]["seconds"].as_f64().is_some_and(|own| (5.0..8.0).contains(&own)), "{plan}");
+
+    let found = milled(folder.path(), CUTS, "");
+    let after = &own[2]["after"];
+    is_as_predicted("worst", found.worst(), &after["worst"]);
+    is_as_predicted("median", found.median(), &after["median"]);
+    let parameters = plan["parameters"].as_array().unwrap();
+    assert_eq!(parameters.len(), 36);
+    for (parameter, found) in parameters.iter().zip(&found.deviations) {
+        let ratio = found / parameter["own"].as_f64().unwrap();
+        assert!((0.7..1.4).contains(&ratio), "{parameter}: {ratio} of what was predicted");
+        let name = parameter["name"].as_str().unwrap();
+        assert!(table.contains(name), "{name} is not in\n{table}");
+    }
+    // The chosen pose stands in place of them.
+    assert!(parameters[0]["steps"].as_f64() > parameters[0]["own"].as_f64(), "{plan}");
+    assert!(
+        table.contains("own: 3 cuts, simulated; steps 1 to 1 stand in place of them"),
+        "{table}"
+    );
+}
+
+#[test]
+fn cuts_that_cannot_be_milled_are_named_with_the_mend() {
+    let folder = folder();
+    let first = CUTS.split("[[experiment]]").nth(1).map(|own| format!("[[experiment]]{own}"));
+    let slot = first.unwrap();
+    for (from, to, words) in [
+        (
+            "150.0",
+            "2000.0",
+            &["\"slot\" path_mm: point 1 of 1: after ", " mm of the way to it "][..],
+        ),
+        ("150.0", "-1900.0", &["joint_2 leaves its limits, -2.3 to 0.4: start the path elsewhere"]),
+        ("duration_s = 9.5", "duration_s = 5", &["takes ", "give it duration_s = 9"]),
+        (
+            "feed_mm_per_s = 20.0",
+            "feed_mm_per_s = 500\nacceleration_mm_per_s2 = 4000",
+            &[
+                "\"slot\": ",
+                "faster than a feed",
+                "(feed by no more than 0.03 rad (m) in 256 samples",
+            ],
+        ),
+        ("[[150.0, 0.0, 0.0]]", "[[4.0, 0.0, 0.0]]", &["\"slot\": no record: ", "feeds evenly"]),
+        ("feed = \"x\"\n", "", &["cuts.toml:1", "missing field `feed`"]),
+        ("[[experiment]]", "[[cut]]", &["cuts.toml", "missing field `experiment`"]),
+    ] {
+        assert!(slot.contains(from), "{from}");
+        fs::write(folder.path().join("cuts.toml"), slot.replacen(from, to, 1)).unwrap();
+        let command = "plan --config edge.toml --cuts cuts.toml --poses 1 --experiments 1";
+        let output = flexid(folder.path(), command);
+        let error = stderr(&output);
+        assert_eq!((output.status.code(), error.lines().count()), (Some(2), 1), "{to}: {error}");
+        assert!(error.contains("cuts.toml:"), "{error}");
+        words.iter().for_each(|own| assert!(error.contains(own), "{own} is not in {error}"));
+    }
 }

@@ -22,6 +22,7 @@ use std::collections::BTreeSet;
 use std::io;
 use std::time::Duration;
 
+use flexid_core::parameters::Bushings;
 use flexid_core::refine::Information;
 use flexid_wire::implausible::{Implausible, Signals};
 use flexid_wire::misfits::FrameId;
@@ -34,6 +35,7 @@ use flexid_wire::warning::Warning;
 use crate::clocks::{FoundClocks, Untold};
 use crate::config::Config;
 use crate::intake::{Counts, Intake, obstacle, plausibility, rate_used, wrong_rate};
+use crate::knowledge::Knowledge;
 use crate::record::Record;
 use crate::solver::Candidate;
 use crate::source::{Flow, FrameSource};
@@ -64,9 +66,11 @@ pub struct Survey {
     pub unexpected: Vec<Identifier>,
     /// Records in the order in which they came.
     pub records: Vec<Examined>,
-    /// What the records that a fit would take, and the static tests, show of the unknowns of a robot in the middle of its bounds. `None` where nobody
-    /// asked for it.
+    /// What the records that a fit would take, and the static tests, show of the unknowns of the robot that is assumed. `None` where nobody asked
+    /// for it.
     pub shown: Option<Information>,
+    /// What these records alone say. `None` without any.
+    pub knowledge: Option<Knowledge>,
     /// Reason why most frames cannot become records. Records may have come all the same.
     pub obstacle: Option<Obstacle>,
     /// Kinds of implausible readings, the gravest first.
@@ -113,7 +117,8 @@ impl Survey {
     }
 }
 
-/// Surveys all frames of `source`. Calls `on_record` after each record with the number of records so far.
+/// Surveys all frames of `source`: what they show of a robot in the middle of its bounds. Calls `on_record` after each record with the number of
+/// records so far.
 ///
 /// A recording that cannot be read to its end is no error: the part that was read is surveyed, and the survey contains the reason.
 ///
@@ -122,11 +127,26 @@ impl Survey {
 pub fn survey(
     config: &Config,
     source: &mut dyn FrameSource,
+    on_record: impl FnMut(u64) + Send,
+) -> io::Result<Survey> {
+    let mut bushings = config.bounds.middle(config.sought.joints());
+    config.sought.impose(&mut bushings);
+    survey_about(config, bushings, source, on_record)
+}
+
+/// [`survey`], of a robot with these bushings, base first.
+///
+/// # Errors
+/// Those of [`survey`].
+pub fn survey_about(
+    config: &Config,
+    bushings: Bushings,
+    source: &mut dyn FrameSource,
     mut on_record: impl FnMut(u64) + Send,
 ) -> io::Result<Survey> {
     on_a_large_stack(|| {
         let mut surveyor = Surveyor::new(config, source)?;
-        let mut shown = Shown::new(config)?;
+        let mut shown = Shown::new(config, bushings)?;
         let mut records = 0;
         let mut take = |Candidate { experiment, ratio, .. }: Candidate<'_>| {
             // A record that repeats another one has no ratio.
@@ -138,7 +158,8 @@ pub fn survey(
         };
         surveyor.read(&mut take);
         surveyor.finish(&mut take);
-        Ok(Survey { shown: shown.information(), ..surveyor.survey() })
+        let information = shown.information();
+        Ok(Survey { shown: information, knowledge: shown.records, ..surveyor.survey() })
     })
 }
 
@@ -198,6 +219,7 @@ impl<'a> Surveyor<'a> {
             clocks: intake.tell_clocks().cloned(),
             state: intake.state(config),
             shown: None,
+            knowledge: None,
             obstacle: obstacle(&counts, config),
             elsewhere: source.elsewhere(),
             began_s: source.began_s().unwrap_or_default(),
