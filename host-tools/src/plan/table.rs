@@ -24,6 +24,7 @@ pub fn plan(plan: &Plan, columns: usize) -> String {
             Feed::X => "x",
             Feed::Y => "y",
             Feed::Z => "z",
+            Feed::Path => "path",
         };
         let cut = format!("{feed}, {} to {} rpm", spindle_rpm[0], spindle_rpm[1]);
         table.add_row(row(number.to_string(), cut, after));
