@@ -6,7 +6,7 @@
 
 use std::f64::consts::PI;
 
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 use rand_core::Rng;
 use rand_distr::{Distribution, StandardNormal};
 use realfft::RealFftPlanner;
@@ -26,7 +26,8 @@ const ATTENUATION_DB: f64 = 90.0;
 /// Exponent of two. Lengths of transforms are multiples of this power of two, since they are fast.
 const SMOOTH: u32 = 12;
 
-/// Force along the TCP's axes, N. A robot that feeds cuts while its feed is up to speed ([`Course::cut_s`]). There is one value each `1 / (OVERSAMPLING · rate_hz)` seconds from time 0.
+/// Force along the TCP's axes, N. A robot that feeds cuts while its feed is up to speed ([`Course::cut_s`]), by as much as is engaged. There is one
+/// value each `1 / (OVERSAMPLING · rate_hz)` seconds from time 0.
 pub fn milling(
     cutting: &Cutting,
     experiment: &Experiment,
@@ -47,7 +48,14 @@ pub fn milling(
                 return Vector3::zeros();
             }
             let angle = spindle_angle(experiment.spindle_rpm, time - enter, leave - enter);
-            (1.0 + roughness * noise) * cutter(cutting, experiment.feed, angle)
+            let (engaged, heading) = match &experiment.course {
+                Some(course) => {
+                    (experiment.engagement.at(course.distance(time)), course.heading(time))
+                }
+                None => (1.0, Vector3::x()),
+            };
+            let axes = axes(experiment.feed, heading);
+            engaged * (1.0 + roughness * noise) * (axes * cutter(cutting, angle))
         })
         .collect();
     filter(&raw, &low_pass())
@@ -113,8 +121,8 @@ fn spindle_angle([first, last]: [f64; 2], time: f64, cut: f64) -> f64 {
     2.0 * PI / 60.0 * (first * time + 0.5 * (last - first) * time * time / cut)
 }
 
-/// Force of all teeth on the robot when the first has turned by `angle`, N, TCP axes.
-fn cutter(cutting: &Cutting, feed: Feed, angle: f64) -> Vector3<f64> {
+/// Force of all teeth on the robot when the first has turned by `angle`, N: along the feed, across it, and along the tool.
+fn cutter(cutting: &Cutting, angle: f64) -> Vector3<f64> {
     let mut along = Vector3::zeros();
     for tooth in 0..cutting.teeth {
         let angle =
@@ -125,18 +133,26 @@ fn cutter(cutting: &Cutting, feed: Feed, angle: f64) -> Vector3<f64> {
         let (sin, cos) = angle.sin_cos();
         let tangential = cutting.peak_tangential_n * sin;
         let radial = cutting.radial_ratio * tangential;
-        // The components lie along the feed, across it, and along the tool.
         along += Vector3::new(
             -tangential * cos - radial * sin,
             tangential * sin - radial * cos,
             cutting.axial_ratio * tangential,
         );
     }
-    let [feed_wise, across, axial] = along.into();
+    along
+}
+
+/// Directions of the components of [`cutter`], along the axes of a TCP that is fed towards `heading`.
+fn axes(feed: Feed, heading: Vector3<f64>) -> Matrix3<f64> {
+    let [x, y, z] = [Vector3::x(), Vector3::y(), Vector3::z()];
     match feed {
-        Feed::X => Vector3::new(feed_wise, across, axial),
-        Feed::Y => Vector3::new(axial, feed_wise, across),
-        Feed::Z => Vector3::new(across, axial, feed_wise),
+        Feed::X => Matrix3::from_columns(&[x, y, z]),
+        Feed::Y => Matrix3::from_columns(&[y, z, x]),
+        Feed::Z => Matrix3::from_columns(&[z, x, y]),
+        Feed::Path => {
+            let along = (heading - heading.z * z).normalize();
+            Matrix3::from_columns(&[along, z.cross(&along), z])
+        }
     }
 }
 
@@ -216,6 +232,9 @@ fn filter(raw: &[Vector3<f64>], half: &[f64]) -> Vec<Vector3<f64>> {
     }
     filtered
 }
+
+#[cfg(test)]
+mod along_path;
 
 #[cfg(test)]
 mod tests {
@@ -312,7 +331,7 @@ mod tests {
         assert!(force[len * 803 / 1000..].iter().all(|f| *f == Vector3::zeros()));
         // A tooth that leaves at 90 degrees: 400 N across, 160 N against the feed, 120 N along the tool.
         let (scenario, _) = mill3();
-        let leaving = |feed| cutter(&scenario.cutting, feed, 0.5 * PI);
+        let leaving = |feed| axes(feed, Vector3::x()) * cutter(&scenario.cutting, 0.5 * PI);
         assert!((leaving(Feed::X) - Vector3::new(-160.0, 400.0, 120.0)).norm() < 1e-9);
         assert!((leaving(Feed::Y) - Vector3::new(120.0, -160.0, 400.0)).norm() < 1e-9);
         assert!((leaving(Feed::Z) - Vector3::new(400.0, 120.0, -160.0)).norm() < 1e-9);

@@ -12,10 +12,12 @@ use serde::Deserialize;
 
 use flexid_pipeline::names::DOF_NAMES;
 
+mod engagement;
 mod entry;
 mod limits;
 mod sampling;
 
+pub use engagement::Engagement;
 use entry::Entry;
 pub use entry::{Experiment, Feed};
 use limits::{not_negative, within};
@@ -417,6 +419,31 @@ mod tests {
                 "feed_mm_per_s = 10.0",
                 "feed_mm_per_s = 5.0",
                 " path_mm takes 40.10 s after a rest of 1 s, but the experiment lasts 22 s: give it duration_s = 42",
+            ),
+            (
+                "duration_s = 22.0",
+                "duration_s = 22.0\nengagement_by_mm = [[0, 0], [210, 1]]",
+                " engagement_by_mm: point 2 of 2: 210 mm is off the path, 0 to 200 mm",
+            ),
+            (
+                "duration_s = 22.0",
+                "duration_s = 22.0\nengagement_by_mm = [[0, 2.0]]",
+                " engagement_by_mm: point 1 of 1: the part 2 must lie between 0 and 1",
+            ),
+            (
+                "duration_s = 22.0",
+                "duration_s = 22.0\nengagement_by_mm = [[9, 0], [9, 1]]",
+                " engagement_by_mm: point 2 of 2: must lie beyond 9 mm",
+            ),
+            (
+                "path_mm = [[200.0, 0.0, 0.0]]\nfeed_mm_per_s = 10.0",
+                "engagement_by_mm = [[0, 1]]",
+                " engagement_by_mm is of no use without path_mm: give a path, or remove it",
+            ),
+            (
+                "feed = \"x\"\npath_mm = [[200.0, 0.0, 0.0]]\nfeed_mm_per_s = 10.0",
+                "feed = \"path\"",
+                " feed = \"path\" is of no use without path_mm: give a path, or remove it",
             ),
             (
                 "duration_s = 22.0",

@@ -100,6 +100,7 @@ fn cut(feed: Feed, spindle_rpm: &[f64; 2]) -> String {
         Feed::X => "x",
         Feed::Y => "y",
         Feed::Z => "z",
+        Feed::Path => "path",
     };
     format!("{feed}, {} to {} rpm", spindle_rpm[0], spindle_rpm[1])
 }

@@ -7,6 +7,7 @@ use flexid_core::motion::travel::{FrameMotion, Travel};
 use nalgebra::Isometry3;
 
 use super::{Course, Motion};
+use crate::plant::ripple::Ripple;
 
 /// Time between the poses whose elongations at rest are computed, s. Chosen: linear interpolation between them misses by 1e-12 rad where the sag
 /// changes by 1e-4 rad over 0.2 m.
@@ -23,8 +24,10 @@ pub struct Mount {
     pub after: Isometry3<f64>,
     /// Place of the drive in a pose; `None` for a joint without one.
     pub drive: Option<usize>,
-    /// True less reported angle, rad (m).
+    /// True less reported angle, without ripple, rad (m).
     pub offset: f64,
+    /// Ripple of its gear.
+    pub ripple: Vec<Ripple>,
 }
 
 /// Motion of all joint frames of a robot on a course.
@@ -47,7 +50,7 @@ impl Mount {
     /// The mount of a joint as modelled, with the place of its drive in a pose.
     pub fn of_joint(joint: &Joint, drive: Option<usize>) -> Self {
         let (before, after) = (Isometry3::identity(), Isometry3::identity());
-        Self { before, joint: *joint, after, drive, offset: 0.0 }
+        Self { before, joint: *joint, after, drive, offset: 0.0, ripple: Vec::new() }
     }
 }
 
@@ -84,7 +87,8 @@ impl<'a> Guide<'a> {
         let mut driven = [0.0; MAX_JOINTS];
         for (driven, mount) in driven.iter_mut().zip(&self.mounts) {
             if let (Some(place), Some(dof)) = (mount.drive, mount.joint.drive()) {
-                *driven = (now[place][0] - start[place][0]) * mount.joint.axis[dof % 3].signum();
+                let [now, start] = [now, start].map(|motion| mount.turned(&motion[place])[0]);
+                *driven = (now - start) * mount.joint.axis[dof % 3].signum();
             }
         }
         driven
@@ -104,8 +108,19 @@ impl<'a> Guide<'a> {
 
 impl Mount {
     fn frame(&self, motion: &Motion) -> FrameMotion {
-        let [angle, rate, acceleration] = self.drive.map_or([0.0; 3], |place| motion[place]);
-        let own = self.joint.frame_motion(angle + self.offset, rate, acceleration);
+        let reported = self.drive.map_or([0.0; 3], |place| motion[place]);
+        let [angle, rate, acceleration] = self.turned(&reported);
+        let own = self.joint.frame_motion(angle, rate, acceleration);
         own.between(&self.before, &self.after)
+    }
+
+    /// True angle, rate and acceleration of the joint where these are reported: rad, rad/s and rad/s² (m).
+    fn turned(&self, reported: &[f64; 3]) -> [f64; 3] {
+        let mut turned = *reported;
+        turned[0] += self.offset;
+        for error in self.ripple.iter().map(|own| own.at(*reported)) {
+            turned.iter_mut().zip(error).for_each(|(turned, error)| *turned += error);
+        }
+        turned
     }
 }

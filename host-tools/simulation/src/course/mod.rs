@@ -59,6 +59,8 @@ pub struct Course {
 /// A straight line of the tool.
 #[derive(Clone, Debug, PartialEq)]
 struct Line {
+    /// Direction of the feed along the axes of the TCP where the line begins.
+    heading: Vector3<f64>,
     start_s: f64,
     law: Law,
     /// Distance between knots, m.
@@ -92,6 +94,7 @@ impl Course {
         limits: &[(&str, [f64; 2])],
     ) -> Result<Self, String> {
         let mut follower = Follower {
+            chain,
             reach: Reach::new(chain),
             start: chain.tool(pose),
             limits,
@@ -130,17 +133,39 @@ impl Course {
 
     /// Joint angles after `time` seconds, with their rates and accelerations.
     pub fn at(&self, time: f64) -> Motion {
+        self.line(time).map_or_else(Motion::default, |line| line.at(time - line.start_s))
+    }
+
+    /// Way of the tool along the path after `time` seconds, m.
+    pub fn distance(&self, time: f64) -> f64 {
+        self.lines.iter().map(|line| line.law.at(time - line.start_s)[0]).sum()
+    }
+
+    /// Length of the path, m.
+    pub fn length(&self) -> f64 {
+        self.distance(self.ends_s)
+    }
+
+    /// Unit vector of the feed after `time` seconds, along the axes of the TCP where its line begins.
+    pub fn heading(&self, time: f64) -> Vector3<f64> {
+        self.line(time).map_or_else(Vector3::zeros, |line| line.heading)
+    }
+
+    /// The headings of all lines, in their order.
+    pub fn headings(&self) -> impl Iterator<Item = Vector3<f64>> {
+        self.lines.iter().map(|line| line.heading)
+    }
+
+    /// The line at `time`: the first one before it begins, where its law stands still.
+    fn line(&self, time: f64) -> Option<&Line> {
         let line = self.lines.iter().rev().find(|line| line.start_s <= time);
-        // Before the first line the law stands at its beginning.
-        match line.or(self.lines.first()) {
-            Some(line) => line.at(time - line.start_s),
-            None => Motion::default(),
-        }
+        line.or(self.lines.first())
     }
 }
 
 /// A robot that follows a path, and where it has got to.
 struct Follower<'a> {
+    chain: &'a Chain,
     reach: Reach<'a>,
     /// Pose of the tool at the start of the path, in the base.
     start: Isometry3<f64>,
@@ -159,6 +184,7 @@ impl Follower<'_> {
     ) -> Result<Line, String> {
         let length = (to - from).norm();
         let along = (to - from) / length;
+        let heading = self.chain.tool(&self.angles).rotation.inverse() * along;
         let count = (length / KNOTS_M).ceil();
         let spacing = length / count;
         let knot = |knot: usize| {
@@ -168,7 +194,7 @@ impl Follower<'_> {
             knot.map_err(|why| format!("after {:.0} mm of the way to it {why}", 1e3 * done))
         };
         let knots = (0..=count as usize).map(knot).collect::<Result<_, _>>()?;
-        Ok(Line { start_s, law, spacing, knots })
+        Ok(Line { heading, start_s, law, spacing, knots })
     }
 
     /// The knot at a place of the tool, `distance` m from the last one `along` the line.
@@ -178,7 +204,7 @@ impl Follower<'_> {
         along: &Vector3<f64>,
         distance: f64,
     ) -> Result<Knot, String> {
-        let Self { reach, start, limits, angles } = self;
+        let Self { reach, start, limits, angles, .. } = self;
         let unreached = || {
             "the tool is out of reach, or the robot next to a singular pose: start the path elsewhere"
                 .to_owned()

@@ -92,6 +92,11 @@ fn the_cut_is_where_the_feed_is_up_to_speed() {
     assert!((course.ends_s() - leaves - 0.2).abs() < 1e-12);
     let length: f64 = 0.06 + 1300_f64.sqrt() * 1e-3 + (3600.0_f64 + 625.0 + 900.0).sqrt() * 1e-3;
     assert!((course.ends_s() - REST_S - length / 0.02 - 3.0 * 0.2).abs() < 1e-9);
+    assert!((course.length() - length).abs() < 1e-12);
+    // A ramp covers half of what the full feed does.
+    for (time, distance) in [(0.5, 0.0), (2.1, 0.02), (4.2, 0.06), (99.0, length)] {
+        assert!((course.distance(time) - distance).abs() < 1e-12, "at {time} s");
+    }
 }
 
 /// The frames of a guide are those of the chain, and their rates are slopes.

@@ -11,6 +11,7 @@ use flexid_core::parameters::Bushing;
 use nalgebra::{Isometry3, Matrix3, Rotation3, Translation3, UnitQuaternion, Vector3};
 
 use super::Plant;
+use super::ripple::Ripple;
 use super::robot::{Bending, Pedestal};
 use crate::course::guide::Mount;
 
@@ -37,9 +38,17 @@ impl Plant {
     pub fn true_pose(&self, pose: &[f64], seconds: f64) -> Vec<f64> {
         let robot = &self.robot;
         let angle = |(joint, q): (usize, &f64)| {
-            q + nth(&robot.joint_angle_rad, joint) + seconds * nth(&robot.feed_rad_per_s, joint)
+            let reported = q + seconds * nth(&robot.feed_rad_per_s, joint);
+            let error = |own: &Ripple| own.at([reported, 0.0, 0.0])[0];
+            let ripple: f64 = self.ripple_of(joint).map(error).sum();
+            reported + nth(&robot.joint_angle_rad, joint) + ripple
         };
         pose.iter().enumerate().map(angle).collect()
+    }
+
+    /// Ripple of the gear of a driven joint, from 0.
+    fn ripple_of(&self, joint: usize) -> impl Iterator<Item = &Ripple> {
+        self.ripple.iter().filter(move |own| own.joint == joint + 1)
     }
 
     /// The robot that moves, at the true joint angles `pose`.
@@ -80,6 +89,7 @@ impl Plant {
                 before: moved,
                 after: centre.into(),
                 offset: drive.map_or(0.0, |place| nth(&self.robot.joint_angle_rad, place)),
+                ripple: drive.map_or(Vec::new(), |place| self.ripple_of(place).copied().collect()),
                 ..Mount::of_joint(modelled, drive)
             });
             moved = centre.inverse().into();

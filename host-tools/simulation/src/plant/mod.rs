@@ -9,6 +9,7 @@
 //! | [`chain`]      | the chain that moves, at the pose of a cut                         |
 //! | [`elements`]   | the laws of these loads, and their past                            |
 //! | [`joints`]     | loads of joints that no linear bushing has                         |
+//! | [`ripple`]     | errors of gears that repeat with the turns of their motors         |
 //! | [`motion`]     | a cut by such a robot                                              |
 //! | [`sensors`]    | errors of a sensor, from the motion to the reading                 |
 //! | [`filter`]     | linear filters of a sensor, applied to a spectrum                  |
@@ -26,6 +27,7 @@ pub mod joints;
 pub mod motion;
 pub mod noise;
 mod range;
+pub mod ripple;
 pub mod robot;
 pub mod sensors;
 
@@ -38,6 +40,7 @@ use flexid_pipeline::model::Model;
 use serde::Deserialize;
 
 pub use joints::Joints;
+pub use ripple::Ripple;
 pub use robot::{Bending, Hose, Pedestal, Robot, Tool};
 pub use sensors::Sensor;
 
@@ -61,6 +64,8 @@ pub struct Plant {
     pub hose: Option<Hose>,
     /// Loads of the joints that are not linear springs and dampers.
     pub joints: Joints,
+    /// Errors of gears that repeat with the turns of their motors.
+    pub ripple: Vec<Ripple>,
 }
 
 impl Plant {
@@ -124,6 +129,7 @@ impl Plant {
         self.tool.check()?;
         self.robot.check(model)?;
         self.joints.check()?;
+        self.ripple.iter().try_for_each(|ripple| ripple.check(model))?;
         let further = [self.pedestal.is_some(), self.bending.is_some()];
         let bushings = model.joints.len() + further.into_iter().filter(|one| *one).count();
         if bushings > MAX_JOINTS {

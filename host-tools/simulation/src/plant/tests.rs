@@ -13,6 +13,7 @@ use crate::experiment::{Cut, STEPS};
 use crate::reference::{mill3, model};
 
 mod path;
+mod ripple;
 
 /// A short cut of the reference robot in gravity.
 fn cut() -> Cut {
@@ -175,6 +176,27 @@ fn mistakes_are_named_with_place_and_mend() {
             "[accelerometer.noise] hum_hz is 0: give the frequency of the hum",
         ),
         ("[joints]\nbacklash = -1.0", "[joints] backlash is -1.0: must lie between 0.0"),
+        (
+            "[[ripple]]\njoint = 4\nratio = 121\norder = 2\namplitude_rad = 1e-4",
+            "[[ripple]] joint is 4.0: must lie between 1.0 and 3.0",
+        ),
+        (
+            "[[ripple]]\njoint = 1\nratio = 121\norder = 0\namplitude_rad = 1e-4",
+            "[[ripple]] order is 0.0: must lie between 0.001 and 1000.0",
+        ),
+        (
+            "[[ripple]]\njoint = 1\nratio = 0\norder = 2\namplitude_rad = 1e-4",
+            "[[ripple]] ratio is 0.0: must lie between 0.1 and 100000.0",
+        ),
+        (
+            "[[ripple]]\njoint = 1\nratio = 121\norder = 2\namplitude_rad = 20.0",
+            "[[ripple]] amplitude_rad is 20.0: must lie between 0.0 and 0.01",
+        ),
+        (
+            "[[ripple]]\njoint = 1\nratio = 121\norder = 2",
+            "[[ripple]] key `amplitude_rad` (in rad) is missing",
+        ),
+        ("[[ripple]]\njoint = 1\namplitude = 1", "did you mean `amplitude_rad`"),
         (
             "[bending]\njoint = 4\nat = 0.5\nstiffness = [1,1,1,1,1,1]\ndamping = [1,1,1,1,1,1]",
             "[bending] joint is 4.0: must lie between 1.0 and 3.0",

@@ -5,6 +5,7 @@ use flexid_pipeline::text::count;
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
+use super::engagement::Engagement;
 use super::limits::within;
 use super::sampling::Sampling;
 use crate::course::{Course, Path, REST_S};
@@ -14,6 +15,8 @@ use crate::course::{Course, Path, REST_S};
 const ACCELERATION: f64 = 100.0;
 /// Rate of the joint angles of a robot that feeds, Hz. Chosen: straight lines between them miss the ramps of the feed by 1e-6 rad.
 const FEEDING_HZ: f64 = 100.0;
+/// Least part of the feed across the tool's axis where the force follows the path. Chosen: a steeper way is drilled, not milled.
+const ACROSS: f64 = 0.5;
 
 /// One cut, at one pose or along a path.
 #[derive(Clone, Debug, PartialEq)]
@@ -30,6 +33,8 @@ pub struct Experiment {
     pub duration_s: Option<f64>,
     /// Motion of the joints; `None` for a robot that stands.
     pub course: Option<Course>,
+    /// Part of the tool in the work along the course.
+    pub engagement: Engagement,
 }
 
 /// An `[[experiment]]` of the file.
@@ -44,6 +49,7 @@ pub(super) struct Entry {
     path_mm: Option<Vec<[f64; 3]>>,
     feed_mm_per_s: Option<f64>,
     acceleration_mm_per_s2: Option<f64>,
+    engagement_by_mm: Option<Vec<[f64; 2]>>,
 }
 
 /// An axis of the TCP.
@@ -56,18 +62,26 @@ pub enum Feed {
     Y,
     /// Along z; the tool's axis is y.
     Z,
+    /// Along each line of the path; the tool's axis is z.
+    Path,
 }
 
 impl Entry {
     /// The experiment, with the motion along its path.
     pub(super) fn check(self, model: &Model, sampling: &Sampling) -> Result<Experiment, String> {
         let path = self.path()?;
-        let Self { name, pose, spindle_rpm, feed, duration_s, .. } = self;
-        let mut own = Experiment { name, pose, spindle_rpm, feed, duration_s, course: None };
+        let Self { name, pose, spindle_rpm, feed, duration_s, engagement_by_mm, .. } = self;
+        let standing = Experiment::standing(&name, spindle_rpm, feed);
+        let mut own = Experiment { pose, duration_s, ..standing };
         own.check(model)?;
         own.sampling(sampling).check_duration(&own.place())?;
         if let Some(path) = path {
-            own.course = Some(own.follow(&path, model)?);
+            let course = own.follow(&path, model)?;
+            let points = engagement_by_mm.unwrap_or_default();
+            let engagement = Engagement::new(&points, course.length());
+            own.engagement =
+                engagement.map_err(|error| format!("{} engagement_by_mm: {error}", own.place()))?;
+            own.course = Some(course);
             own.outlasts_path(sampling)?;
         }
         Ok(own)
@@ -78,10 +92,12 @@ impl Entry {
         let place = place(&self.name);
         let Some(points) = &self.path_mm else {
             let lonely = [
-                ("feed_mm_per_s", self.feed_mm_per_s),
-                ("acceleration_mm_per_s2", self.acceleration_mm_per_s2),
+                ("feed_mm_per_s", self.feed_mm_per_s.is_some()),
+                ("acceleration_mm_per_s2", self.acceleration_mm_per_s2.is_some()),
+                ("engagement_by_mm", self.engagement_by_mm.is_some()),
+                ("feed = \"path\"", self.feed == Feed::Path),
             ];
-            return match lonely.into_iter().find(|(_, value)| value.is_some()) {
+            return match lonely.into_iter().find(|(_, is_given)| *is_given) {
                 Some((key, _)) => Err(format!(
                     "{place} {key} is of no use without path_mm: give a path, or remove it"
                 )),
@@ -107,7 +123,8 @@ impl Experiment {
     /// An experiment of the common length at which the robot stands, without a pose.
     pub fn standing(name: &str, spindle_rpm: [f64; 2], feed: Feed) -> Self {
         let (name, pose) = (name.to_owned(), Vec::new());
-        Self { name, pose, spindle_rpm, feed, duration_s: None, course: None }
+        let engagement = Engagement::default();
+        Self { name, pose, spindle_rpm, feed, duration_s: None, course: None, engagement }
     }
 
     /// The sampling of this experiment, where that of all is `sampling`.
@@ -129,7 +146,15 @@ impl Experiment {
         let chain = model.chain().map_err(|error| bad(error.to_string()))?;
         let limits: Vec<_> =
             model.driven().map(|joint| (joint.name.as_str(), joint.limits)).collect();
-        Course::new(path, &chain, &self.pose, &limits).map_err(bad)
+        let course = Course::new(path, &chain, &self.pose, &limits).map_err(bad)?;
+        let drilled = course.headings().position(|heading| heading.xy().norm() < ACROSS);
+        match drilled.filter(|_| self.feed == Feed::Path) {
+            Some(line) => Err(bad(format!(
+                "line {} goes along the axis of the tool, z of the TCP, which feed = \"path\" cannot cut: turn it, or give another feed",
+                line + 1
+            ))),
+            None => Ok(course),
+        }
     }
 
     fn outlasts_path(&self, sampling: &Sampling) -> Result<(), String> {

@@ -57,7 +57,8 @@ fn the_frames_of_a_plant_follow_the_drives() {
          [pedestal]\nmass_kg = 500.0\nstiffness = [1e9, 1e9, 1e9, 1e9, 1e9, 1e9]\n\
          damping = [1e5, 1e5, 1e5, 1e5, 1e5, 1e5]\n\
          [bending]\njoint = 2\nat = 0.4\nstiffness = [1e9, 1e9, 1e9, 1e9, 1e9, 1e9]\n\
-         damping = [1e5, 1e5, 1e5, 1e5, 1e5, 1e5]\n",
+         damping = [1e5, 1e5, 1e5, 1e5, 1e5, 1e5]\n\
+         [[ripple]]\njoint = 3\nratio = 121\norder = 2\namplitude_rad = 1e-3\nphase_rad = 1.0\n",
     )
     .unwrap();
     let cut = cut();
