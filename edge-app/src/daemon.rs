@@ -283,6 +283,7 @@ impl Reader<'_> {
             clocks: None,
             finding: None,
             robot: None,
+            shared: None,
             statics: None,
             records: Vec::new(),
             course: Vec::new(),

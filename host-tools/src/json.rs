@@ -6,6 +6,7 @@
 use flexid_pipeline::clocks::FoundClocks;
 use flexid_pipeline::report::StaticReport;
 use flexid_pipeline::robot::FoundRobot;
+use flexid_pipeline::shared::Shared;
 use flexid_report::evidence::{Evidence, Origin};
 use flexid_simulation::coverage::Coverage;
 use flexid_wire::answer::Answer;
@@ -45,6 +46,9 @@ pub(crate) struct ResultJson<'a> {
     /// The robot that predicts motion. Left out of a daemon's result.
     #[serde(skip_serializing_if = "Option::is_none")]
     robot: Option<&'a FoundRobot>,
+    /// What it shares with other findings of the robot. Left out without records, and of a daemon's result.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    shared: Option<&'a Shared>,
     /// Evidence that a report shows beside. Left out without records, and of a daemon.
     #[serde(flatten, skip_serializing_if = "Option::is_none")]
     evidence: Option<&'a Evidence>,
@@ -165,6 +169,7 @@ impl<'a> From<&'a Finding> for ResultJson<'a> {
             model_warnings: Vec::new(),
             static_tests: None,
             robot: None,
+            shared: None,
             evidence: None,
             clocks: None,
             origin: None,
@@ -187,6 +192,11 @@ impl<'a> ResultJson<'a> {
         static_tests: Option<&'a StaticReport>,
     ) -> Self {
         Self { robot, static_tests, ..self }
+    }
+
+    /// The result with what it shares with other findings of the robot.
+    pub(crate) fn with_shared(self, shared: Option<&'a Shared>) -> Self {
+        Self { shared, ..self }
     }
 
     /// The result with the evidence that a report shows, and its origin.

@@ -71,12 +71,13 @@ fn run(
     if let Some(finding) = &mut finding {
         finding.explain(&state);
     }
-    let (robot, statics) = (solver.robot(), solver.static_report());
+    let (robot, shared, statics) = (solver.robot(), solver.shared(), solver.static_report());
     let (records, course) = (solver.fitted_records(), solver.course().to_vec());
     Ok(Outcome {
         clocks,
         finding,
         robot,
+        shared,
         statics,
         records,
         course,

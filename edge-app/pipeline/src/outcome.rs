@@ -10,6 +10,7 @@ use crate::clocks::{FoundClocks, Untold};
 use crate::intake::Counts;
 use crate::report::StaticReport;
 use crate::robot::FoundRobot;
+use crate::shared::Shared;
 use crate::solver::{CoursePoint, FittedRecord};
 
 /// Results of a run at the end of its frames.
@@ -19,6 +20,8 @@ pub struct Outcome {
     pub finding: Option<Finding>,
     /// The robot that was found, which predicts motion, and its covariance. `None` if there is no estimate.
     pub robot: Option<FoundRobot>,
+    /// What it shares with other findings of the robot. `None` if there is no estimate, and of a daemon.
+    pub shared: Option<Shared>,
     /// Findings of the estimate about each static test. `None` without one of the two.
     pub statics: Option<StaticReport>,
     /// Records that the estimate rests on, bin by bin. Empty if there is none, and of a daemon.

@@ -18,16 +18,14 @@
 //! Journal of Statistics 6, 1979). Either test has half of the level, so that two fits of the same robot are called different in at
 //! most [`LEVEL`] of all cases (Bonferroni).
 
-use flexid_pipeline::text::count;
-use flexid_wire::report::{JointReport, Verdict};
 use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
 use statrs::distribution::{ChiSquared, ContinuousCDF as _};
-use statrs::function::erf::erfc;
 
 use crate::document::Found;
+use crate::holm::holm;
+use crate::parameter::{IncomparableError, Place, Quantity, places, same_joints};
 use crate::reference;
-use flexid_pipeline::dynamics::OF_JOINT;
 use flexid_pipeline::dynamics::PositiveEstimate;
 
 /// Chance that two fits of the same robot are called different.
@@ -37,20 +35,8 @@ const OF_TEST: f64 = LEVEL / 2.0;
 /// Smallest eigenvalue of a scaled covariance, in parts of the largest one, that is more than rounding. Chosen: between what the inverse of
 /// an information matrix keeps, 1e-14, and its square root.
 const CONDITION: f64 = 1e-9;
-/// Standard deviations of a logarithm that a fit can have. Chosen: what is beyond is no number of a fit, and its square may be none.
-const STDS: std::ops::Range<f64> = 1e-12..1e3;
 /// Distance up to which chance carries a parameter, in standard deviations. Chosen.
 const BY_CHANCE: f64 = 3.0;
-
-/// Parameters of a degree of freedom.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Quantity {
-    /// N/m or Nm/rad.
-    Stiffness,
-    /// Ns/m or Nms/rad.
-    Damping,
-}
 
 /// A parameter in both fits.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -94,73 +80,12 @@ pub struct Comparison {
     pub reference_hz: f64,
 }
 
-/// Why two fits cannot be compared.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum IncomparableError {
-    /// The robots have other joints.
-    #[error(
-        "is of another robot than the first, and nothing can be compared: it has {after}, the first {before}: name two results of one robot"
-    )]
-    Joints {
-        /// Number of the first robot's joints, with names and kinds where the numbers are equal.
-        before: String,
-        /// Number of the second robot's joints, likewise.
-        after: String,
-    },
-    /// No parameter is determined by both fits.
-    #[error("has no parameter in common with the first: none is identified or weak in both")]
-    Nothing,
-}
-
-/// A parameter and its place among the coordinates of the robot.
-struct Place {
-    joint: usize,
-    dof: usize,
-    quantity: Quantity,
-}
-
-impl Place {
-    fn coordinate(&self) -> usize {
-        let first = if self.quantity == Quantity::Damping { OF_JOINT / 2 } else { 0 };
-        OF_JOINT * self.joint + first + self.dof
-    }
-
-    /// Value, standard deviation of the logarithm, and verdict.
-    fn of(&self, joints: &[JointReport]) -> (f64, Option<f64>, Verdict) {
-        let (joint, dof) = (&joints[self.joint], self.dof);
-        let (value, std, verdict) = match self.quantity {
-            Quantity::Stiffness => {
-                (joint.stiffness[dof], joint.stiffness_std[dof], joint.stiffness_verdict[dof])
-            }
-            Quantity::Damping => {
-                (joint.damping[dof], joint.damping_std[dof], joint.damping_verdict[dof])
-            }
-        };
-        (value, std.map(|std| std / value), verdict)
-    }
-
-    /// Standard deviation of the logarithm where the fit determines it.
-    fn determined(&self, joints: &[JointReport]) -> Option<f64> {
-        let (_, std, verdict) = self.of(joints);
-        let is_determined = matches!(verdict, Verdict::Identified | Verdict::Weak);
-        std.filter(|std| is_determined && STDS.contains(std))
-    }
-}
-
 /// Compares the fits of a robot `before` and `after`.
 ///
 /// # Errors
 /// The robots have other joints, or no parameter is determined by both fits.
 pub fn compare(before: &Found, after: &Found) -> Result<Comparison, IncomparableError> {
-    let [of_before, of_after] = [before, after].map(joints);
-    if of_before != of_after {
-        let has_as_many = of_before.len() == of_after.len();
-        let [before, after] = [of_before, of_after].map(|own| {
-            let number = count(own.len() as u64, "joint");
-            if has_as_many { format!("the joints {}", own.join(", ")) } else { number }
-        });
-        return Err(IncomparableError::Joints { before, after });
-    }
+    same_joints(before, after)?;
     let all = places(before.joints.len());
     // Files of older programs state their parameters elsewhere.
     let hz = after.robot.reference_hz();
@@ -220,25 +145,6 @@ pub fn compare(before: &Found, after: &Found) -> Result<Comparison, Incomparable
     })
 }
 
-/// Names and kinds of the joints, in words.
-fn joints(found: &Found) -> Vec<String> {
-    let joints = found.robot.model().joints.iter();
-    let kinds = joints.map(|joint| {
-        let kind = format!("{:?}", joint.kind).to_lowercase();
-        format!("{} ({kind})", joint.name)
-    });
-    kinds.collect()
-}
-
-fn places(joints: usize) -> Vec<Place> {
-    let of_joint = |joint| {
-        [Quantity::Stiffness, Quantity::Damping]
-            .into_iter()
-            .flat_map(move |quantity| (0..6).map(move |dof| Place { joint, dof, quantity }))
-    };
-    (0..joints).flat_map(of_joint).collect()
-}
-
 /// Covariance of the logarithms at these places. A variance that the report states larger, as by the scatter of its records, replaces
 /// that of the fit; correlations stay.
 fn covariance(all: &DMatrix<f64>, places: &[&Place], stds: &[f64]) -> DMatrix<f64> {
@@ -277,37 +183,9 @@ fn chi_squared(value: f64, freedoms: usize) -> Option<(f64, f64)> {
     Some((distribution.inverse_cdf(1.0 - OF_TEST), distribution.sf(value)))
 }
 
-/// Chances of deviations as large as these, adjusted for their number by Holm's method.
-fn holm(deviations: &[f64]) -> Vec<f64> {
-    let own: Vec<f64> =
-        deviations.iter().map(|own| erfc(own.abs() / std::f64::consts::SQRT_2)).collect();
-    let mut order: Vec<usize> = (0..own.len()).collect();
-    order.sort_by(|a, b| own[*a].total_cmp(&own[*b]));
-    let mut adjusted = vec![0.0; own.len()];
-    let mut largest = 0.0_f64;
-    for (rank, place) in order.into_iter().enumerate() {
-        largest = largest.max(own[place] * (own.len() - rank) as f64).min(1.0);
-        adjusted[place] = largest;
-    }
-    adjusted
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    /// Chances of 0.01, 0.02, 0.03 and 1: times 4, 3 and 2, and never smaller than the one before.
-    #[test]
-    fn chances_are_adjusted_from_the_smallest_on() {
-        let of = |chance: f64| {
-            let normal = statrs::distribution::Normal::standard();
-            normal.inverse_cdf(1.0 - chance / 2.0)
-        };
-        let adjusted = holm(&[of(0.03), -of(0.01), of(0.02), 0.0]);
-        for (found, expected) in adjusted.iter().zip([0.06, 0.04, 0.06, 1.0]) {
-            assert!((found - expected).abs() < 1e-9, "{adjusted:?}");
-        }
-    }
 
     /// By hand: with correlation ρ, `D² = (a² − 2 ρ a b + b²) / (1 − ρ²)` in standard deviations a and b.
     #[test]

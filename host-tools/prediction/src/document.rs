@@ -6,6 +6,7 @@ use flexid_core::parameters::Bushing;
 use flexid_core::verdict::FOREIGN;
 use flexid_pipeline::input::{self, BadInput};
 use flexid_pipeline::robot::FoundRobot;
+use flexid_pipeline::shared::Shared;
 use flexid_wire::report::{Fit, JointReport};
 use flexid_wire::text::{Name, clipped};
 use serde::Deserialize;
@@ -36,6 +37,10 @@ pub struct Found {
     pub warnings: Vec<String>,
     /// The robot and its covariance.
     pub robot: Robot,
+    /// What it shares with other findings of the robot. `None` of static tests alone, and of older programs.
+    pub shared: Option<Shared>,
+    /// Date of its first record, ISO 8601, UTC. `None` if the clock of its log shows no date.
+    pub date: Option<String>,
     /// SHA-256 of each log that it comes from, in hexadecimal digits, as far as they are known.
     pub logs: Vec<String>,
 }
@@ -55,12 +60,14 @@ struct Document {
     #[serde(default)]
     warnings: Vec<String>,
     robot: Option<FoundRobot>,
+    shared: Option<Shared>,
     #[serde(default)]
     origin: Origin,
 }
 
 #[derive(Default, Deserialize)]
 struct Origin {
+    date: Option<String>,
     #[serde(default)]
     logs: Vec<Log>,
 }
@@ -101,7 +108,7 @@ impl Found {
                 "is of schema {schema}, this flexid reads 1 to {SCHEMA}: install the newer flexid"
             )));
         }
-        let Document { joints, fit, warnings, robot, origin } =
+        let Document { joints, fit, warnings, robot, shared, origin } =
             input::parse_json(file, text, COMMAND)?;
         let Some(robot) = robot else {
             return Err(bad(
@@ -118,7 +125,10 @@ impl Found {
             .map(|joint| Bushing { stiffness: joint.stiffness, damping: joint.damping })
             .collect();
         let robot = Robot::new(robot, bushings).map_err(|error| bad(format!("robot: {error}")))?;
+        if let Some(fault) = shared.as_ref().and_then(|shared| shared.fault(robot.chain())) {
+            return Err(bad(format!("shared: {fault}: run `flexid identify --json` again")));
+        }
         let logs = origin.logs.into_iter().filter_map(|log| log.sha256).collect();
-        Ok(Self { joints, fit, warnings, robot, logs })
+        Ok(Self { joints, fit, warnings, robot, shared, date: origin.date, logs })
     }
 }

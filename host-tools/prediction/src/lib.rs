@@ -7,14 +7,18 @@
 //! | `milling`      | the force of a cutter per displacement of the tool          |
 //! | `lobes`        | the depth of cut at which the tool chatters, by spindle speed |
 //! | `comparison`   | whether two fits of a robot agree                           |
+//! | `history`      | what changed over many                                      |
 //!
 //! Modes, receptance and compliance of the robot are those of [`flexid_pipeline::dynamics`].
 
 pub mod comparison;
 pub mod compensation;
 pub mod document;
+pub mod history;
+mod holm;
 pub mod lobes;
 pub mod milling;
+pub mod parameter;
 mod reference;
 
 pub use flexid_pipeline::dynamics::{

@@ -10,8 +10,9 @@ use flexid_core::parameters::Bushings;
 use flexid_pipeline::model::Model;
 use flexid_pipeline::robot::{FoundRobot, JointBounds};
 use flexid_prediction::Robot;
-use flexid_prediction::comparison::{IncomparableError, LEVEL, Quantity, compare};
+use flexid_prediction::comparison::{LEVEL, compare};
 use flexid_prediction::document::Found;
+use flexid_prediction::parameter::{IncomparableError, Quantity};
 use flexid_wire::report::{Fit, JointReport, Verdict};
 use flexid_wire::text::clipped;
 use nalgebra::{DMatrix, DVector};
@@ -80,7 +81,7 @@ fn fit(truth: &Bushings, covariance: &DMatrix<f64>, random: &mut Random) -> Foun
     }))
     .unwrap();
     let robot = Robot::new(found, bushings).unwrap();
-    Found { joints, fit, warnings: Vec::new(), robot, logs: Vec::new() }
+    Found { joints, fit, warnings: Vec::new(), robot, shared: None, date: None, logs: Vec::new() }
 }
 
 /// Pairs of fits, the second to a robot whose parameter is `factor` times as large: how many are called different, and in how many the parameter

@@ -8,6 +8,7 @@
 //! | `imperfection` | errors of sensors and robot in words, the same on terminal and page             |
 //! | `directions`   | combinations of unknowns that the data determine badly, each set once           |
 //! | `page`         | the page, one file for each section                                             |
+//! | `history`      | a page on what changed over many fits                                            |
 //! | `charts`       | the charts, as SVG that follows the page's light and dark colours               |
 //!
 //! The page is a pure function of the result file: the same file gives the same bytes.
@@ -17,6 +18,7 @@ pub mod directions;
 pub mod document;
 pub mod evidence;
 pub mod friction;
+pub mod history;
 pub mod imperfection;
 mod page;
 

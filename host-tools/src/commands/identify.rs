@@ -13,6 +13,7 @@ use flexid_pipeline::dynamics::Robot;
 use flexid_pipeline::input::BadInput;
 use flexid_pipeline::report::{MAX_CONSISTENCY, StaticReport};
 use flexid_pipeline::robot::FoundRobot;
+use flexid_pipeline::shared::Shared as SharedErrors;
 use flexid_pipeline::{Outcome, run_offline, run_statics};
 use flexid_report::document::Document;
 use flexid_report::evidence::{Evidence, Origin, sha256};
@@ -112,28 +113,28 @@ fn identify(args: &Args, summary: &mut Option<Summary>) -> Result<()> {
     let [json, page, line] = written.map(|file| file.map(Output::create).transpose());
     let (json, page) = (json?, page?);
     *summary = line?.map(|line| Summary::new(line, &config, &args.logs));
-    let Identified { config, finding, robot, statics, evidence, clocks, broken } = match logs
-        .as_slice()
-    {
-        [] if config.receptances.is_empty() => {
-            warn_at_once(&config, None);
-            let nothing = "nothing to identify from: name a LOG of candump -L or a table, or give static tests in [static], or modal tests in [receptance]";
-            let identified = run_statics(&config)?;
-            let (finding, statics, robot) =
-                identified.ok_or_else(|| BadInput::new(&args.config, nothing))?;
-            let (robot, statics) = (Some(robot), Some(statics));
-            Identified {
-                config,
-                finding,
-                robot,
-                statics,
-                evidence: None,
-                clocks: None,
-                broken: None,
+    let Identified { config, finding, robot, shared, statics, evidence, clocks, broken } =
+        match logs.as_slice() {
+            [] if config.receptances.is_empty() => {
+                warn_at_once(&config, None);
+                let nothing = "nothing to identify from: name a LOG of candump -L or a table, or give static tests in [static], or modal tests in [receptance]";
+                let identified = run_statics(&config)?;
+                let (finding, statics, robot) =
+                    identified.ok_or_else(|| BadInput::new(&args.config, nothing))?;
+                let (robot, statics) = (Some(robot), Some(statics));
+                Identified {
+                    config,
+                    finding,
+                    robot,
+                    shared: None,
+                    statics,
+                    evidence: None,
+                    clocks: None,
+                    broken: None,
+                }
             }
-        }
-        logs => from_logs(&config, logs)?,
-    };
+            logs => from_logs(&config, logs)?,
+        };
     summary.iter_mut().for_each(|summary| summary.note(&finding.report));
     let coverage = truth.as_ref().map(|truth| Coverage::of(&finding, truth));
     let written = if json.is_some() || page.is_some() {
@@ -141,6 +142,7 @@ fn identify(args: &Args, summary: &mut Option<Summary>) -> Result<()> {
         let result = ResultJson::from(&finding)
             .with_model_warnings(urdf::warnings(&config.model))
             .with(robot.as_ref(), statics.as_ref())
+            .with_shared(shared.as_ref())
             .with_evidence(evidence.as_ref(), &origin)
             .with_clocks(clocks.as_ref())
             .with_truth(coverage.as_ref());
@@ -277,6 +279,8 @@ struct Identified {
     finding: Finding,
     /// The robot that predicts motion.
     robot: Option<FoundRobot>,
+    /// What it shares with other findings of the robot.
+    shared: Option<SharedErrors>,
     /// The static tests in the fit, if there are any.
     statics: Option<StaticReport>,
     /// Evidence that a report shows beside. `None` without records.
@@ -301,7 +305,7 @@ fn from_logs(config: &Config, logs: &[PathBuf]) -> Result<Identified> {
     meter.finish();
     let other_robot = other_robot.map(|finding| finding.to_string());
     let evidence = Some(Evidence::of(&outcome)).filter(|evidence| !evidence.records.is_empty());
-    let Outcome { finding, robot, statics, clocks, state, troubles, broken, .. } = outcome;
+    let Outcome { finding, robot, shared, statics, clocks, state, troubles, broken, .. } = outcome;
 
     let broken = broken.map(|error| anyhow!("the recording breaks off: {error}"));
     if let Some(finding) = finding {
@@ -313,7 +317,16 @@ fn from_logs(config: &Config, logs: &[PathBuf]) -> Result<Identified> {
             };
             clocks.inspect_err(untold).ok()
         });
-        return Ok(Identified { config, finding, robot, statics, evidence, clocks, broken });
+        return Ok(Identified {
+            config,
+            finding,
+            robot,
+            shared,
+            statics,
+            evidence,
+            clocks,
+            broken,
+        });
     }
     let Some(first) = logs.first() else {
         let what = format!("no receptance to identify from ({state}): see `flexid check`");

@@ -5,6 +5,7 @@ mod compare;
 mod compensate;
 mod completions;
 mod export;
+mod history;
 mod identify;
 mod lobes;
 mod man;
@@ -53,6 +54,8 @@ enum Command {
     Predict(predict::Args),
     /// Says whether two fits of a robot agree within their intervals
     Compare(compare::Args),
+    /// Says what has changed in a robot, over many results
+    History(history::Args),
     /// Predicts the depth of cut at which a robot that mills chatters, by spindle speed
     Lobes(lobes::Args),
     /// Takes the deflection along a path back by joint offsets
@@ -86,6 +89,7 @@ pub fn main() -> ExitCode {
         Command::Plan(args) => plan::run(args),
         Command::Predict(args) => predict::run(args),
         Command::Compare(args) => compare::run(args),
+        Command::History(args) => history::run(args),
         Command::Lobes(args) => lobes::run(args),
         Command::Compensate(args) => compensate::run(args),
         Command::Map(args) => map::run(args),

@@ -6,8 +6,10 @@ use std::path::Path;
 
 use flexid_pipeline::model::Model;
 use flexid_pipeline::text::count;
-use flexid_prediction::comparison::{Change, Comparison, Quantity};
+use flexid_prediction::PositiveEstimate;
+use flexid_prediction::comparison::{Change, Comparison};
 use flexid_prediction::document::Found;
+use flexid_prediction::parameter::Quantity;
 use flexid_wire::words::Percent;
 use serde::Serialize;
 
@@ -41,12 +43,12 @@ impl Compared {
 }
 
 /// Name of a parameter.
-pub(crate) fn name(change: &Change) -> String {
-    let quantity = match change.quantity {
+pub(crate) fn name(joint: &str, dof: usize, quantity: Quantity) -> String {
+    let quantity = match quantity {
         Quantity::Stiffness => "stiffness",
         Quantity::Damping => "damping",
     };
-    format!("{} {} {quantity}", change.joint, prediction::DOF[change.dof])
+    format!("{joint} {} {quantity}", prediction::DOF[dof])
 }
 
 /// Says that the robots, or the models of the robot, differ: the beginning of the verdict. `None` for models without a difference.
@@ -85,7 +87,11 @@ fn verdict(comparison: &Comparison) -> String {
     if changed.is_empty() {
         return format!("differ: all parameters together, and none by itself: {whole}");
     }
-    let named: Vec<String> = changed.iter().take(NAMED).map(|own| in_words(own)).collect();
+    let named: Vec<String> = changed
+        .iter()
+        .take(NAMED)
+        .map(|own| in_words(&name(&own.joint, own.dof, own.quantity), &own.ratio))
+        .collect();
     let more = match changed.len().saturating_sub(NAMED) {
         0 => String::new(),
         more => format!(" (and {more} more)"),
@@ -93,11 +99,10 @@ fn verdict(comparison: &Comparison) -> String {
     format!("differ: {}{more}", named.join("; "))
 }
 
-/// A change in words.
-fn in_words(change: &Change) -> String {
-    let [low, high] = change.ratio.interval.map(|ratio| 100.0 * (ratio - 1.0));
-    let by = 100.0 * (change.ratio.value - 1.0);
-    let name = name(change);
+/// A change of what has this name, in words.
+pub(crate) fn in_words(name: &str, ratio: &PositiveEstimate) -> String {
+    let [low, high] = ratio.interval.map(|ratio| 100.0 * (ratio - 1.0));
+    let by = 100.0 * (ratio.value - 1.0);
     if by < 0.0 {
         format!("{name} fell by {:.1} % ({:.1} to {:.1})", -by, -high, -low)
     } else {
@@ -146,7 +151,7 @@ fn repetition([before, after]: [&Found; 2]) -> Option<String> {
 }
 
 /// Keys of the model file that differ. Limits are no part of what is fitted.
-fn differing(before: &Model, after: &Model) -> Vec<String> {
+pub(crate) fn differing(before: &Model, after: &Model) -> Vec<String> {
     let mut keys = Vec::new();
     for (own, other) in before.joints.iter().zip(&after.joints) {
         let same = [

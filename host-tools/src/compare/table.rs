@@ -2,7 +2,8 @@
 
 use comfy_table::CellAlignment;
 use flexid_pipeline::names::{DAMPING_UNITS, STIFFNESS_UNITS};
-use flexid_prediction::comparison::{Comparison, Quantity};
+use flexid_prediction::comparison::Comparison;
+use flexid_prediction::parameter::Quantity;
 use flexid_wire::words::{Percent, ThreeDigits, prefixed};
 
 use super::{Compared, name};
@@ -32,7 +33,7 @@ fn deviations(number: f64) -> String {
 }
 
 /// Both ends of a change, relative, in per cent: `-5.3 to 5.2`.
-fn between(ends: [f64; 2]) -> String {
+pub(crate) fn between(ends: [f64; 2]) -> String {
     let [low, high] = ends.map(|own| Percent(own).to_string().replace(" %", ""));
     format!("{low} to {high}")
 }
@@ -49,7 +50,7 @@ pub(crate) fn text(compared: &Compared, columns: usize) -> String {
         };
         let [before, after] = both([before, after], units[own.dof]);
         table.add_row([
-            name(own),
+            name(&own.joint, own.dof, own.quantity),
             before,
             after,
             Percent(own.ratio.value - 1.0).to_string(),

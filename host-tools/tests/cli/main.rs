@@ -10,6 +10,7 @@ mod compensate;
 mod demo;
 mod faults;
 mod files;
+mod history;
 mod identify;
 mod import;
 mod lobes;

@@ -12,6 +12,7 @@ use super::{CoursePoint, Solver};
 use crate::intake::Counts;
 use crate::report::{self, Basis, Details, Place, StaticReport, confidence, report};
 use crate::robot::FoundRobot;
+use crate::shared::Shared;
 
 impl Solver {
     /// Returns report and confidence of the present estimate, if there is one. `counts` is what has come in, `troubles`
@@ -91,6 +92,12 @@ impl Solver {
     pub fn robot(&self) -> Option<FoundRobot> {
         let plant = self.plant.as_deref().zip(self.of_plant.as_deref());
         Some(FoundRobot::new(&self.config, &self.sought, self.estimate()?, plant, &self.poses))
+    }
+
+    /// Returns what the present estimate shares with others of the robot, if there is one.
+    pub fn shared(&self) -> Option<Shared> {
+        let plant = self.plant.as_deref().zip(self.of_plant.as_deref());
+        Some(Shared::new(&self.config, &self.sought, self.estimate()?, plant))
     }
 
     /// Returns where the refinements stood in the course of the work: every step, or one of two, four, ... steps of long work.

@@ -74,7 +74,11 @@ pub(crate) fn svg(height: u32, label: &str, draw: impl FnOnce(&Canvas<'_>) -> Dr
 }
 
 /// Inline SVG of this width and height, pixels.
-fn svg_of(size: (u32, u32), label: &str, draw: impl FnOnce(&Canvas<'_>) -> Drawn) -> Markup {
+pub(crate) fn svg_of(
+    size: (u32, u32),
+    label: &str,
+    draw: impl FnOnce(&Canvas<'_>) -> Drawn,
+) -> Markup {
     let mut text = String::new();
     let drawn = {
         let canvas = SVGBackend::with_string(&mut text, size).into_drawing_area();

@@ -15,7 +15,7 @@ use serde::{Deserialize, Serialize};
 pub use curve::POINTS;
 use curve::rounded;
 pub use frf::{MeasuredPoint, MeasuredReceptance, Signals, estimate};
-pub use origin::{Origin, OriginFile, quoted, sha256};
+pub use origin::{Origin, OriginFile, days, quoted, sha256};
 pub use quality::DataQuality;
 pub use spectra::{Octave, RecordEvidence, RecordSpectra};
 

@@ -6,10 +6,13 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 use sha2::{Digest as _, Sha256};
-use time::UtcDateTime;
+use time::{Date, Month, UtcDateTime};
 
 /// Earliest time that is taken for a date and not for seconds since a start: the year 2000, s since 1970.
 const DATES_BEGIN: f64 = 946_684_800.0;
+
+/// The Julian day of 1 January 1970.
+const EPOCH: i32 = 2_440_588;
 
 /// The origin of a result. It depends on the files and the command alone: the same run gives the same again.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -121,6 +124,25 @@ fn date(seconds: f64) -> Option<String> {
     Some(format!("{year:04}-{month:02}-{day:02}T{hour:02}:{minute:02}:{second:02}Z"))
 }
 
+/// Days from 1970 to a date, ISO 8601, UTC, as an origin has it. `None` of what is none.
+pub fn days(date: &str) -> Option<f64> {
+    let (day, time) = date.strip_suffix('Z')?.split_once('T')?;
+    let [year, month, day] = three(day, '-')?;
+    let [hour, minute, second] = three(time, ':')?;
+    let month = Month::try_from(u8::try_from(month).ok()?).ok()?;
+    let date =
+        Date::from_calendar_date(year.try_into().ok()?, month, u8::try_from(day).ok()?).ok()?;
+    let is_time = hour < 24 && minute < 60 && second < 60;
+    let seconds = 3600 * hour + 60 * minute + second;
+    is_time.then(|| f64::from(date.to_julian_day() - EPOCH) + f64::from(seconds) / 86_400.0)
+}
+
+/// Three numbers with a mark between them.
+fn three(text: &str, mark: char) -> Option<[u32; 3]> {
+    let numbers: Option<Vec<u32>> = text.split(mark).map(|own| own.parse().ok()).collect();
+    numbers?.try_into().ok()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -129,6 +151,12 @@ mod tests {
     fn times_since_1970_are_dates() {
         assert_eq!(date(1_764_068_400.9).as_deref(), Some("2025-11-25T11:00:00Z"));
         assert_eq!(date(951_782_400.0).as_deref(), Some("2000-02-29T00:00:00Z"));
+        assert_eq!(days("2025-11-25T11:00:00Z"), Some(20_417.0 + 11.0 / 24.0));
+        for none in
+            ["", "2025-11-25", "2025-13-25T11:00:00Z", "2025-11-25T24:00:00Z", "a-b-cT1:2:3Z"]
+        {
+            assert_eq!(days(none), None, "{none}");
+        }
         for none in [0.0, 12.5, f64::NAN, f64::INFINITY, 1e300] {
             assert_eq!(date(none), None, "{none}");
         }

@@ -13,12 +13,12 @@ pub(super) fn number(value: f64) -> String {
 }
 
 /// A number of which three digits count, with its unit.
-pub(super) fn in_unit(value: f64, unit: &str) -> String {
+pub(crate) fn in_unit(value: f64, unit: &str) -> String {
     if value.is_finite() { minus(&InUnit { value, unit }.to_string()) } else { "–".to_owned() }
 }
 
 /// A part as per cent.
-pub(super) fn percent(part: f64) -> String {
+pub(crate) fn percent(part: f64) -> String {
     if !part.is_finite() {
         return "–".to_owned();
     }
@@ -46,7 +46,7 @@ pub(super) fn pose(angles: &[f64]) -> String {
 }
 
 /// A number of things: `1 record`, `2 records`.
-pub(super) fn count(number: usize, thing: &str) -> String {
+pub(crate) fn count(number: usize, thing: &str) -> String {
     format!("{number} {thing}{}", if number == 1 { "" } else { "s" })
 }
 

@@ -4,7 +4,7 @@ mod answer;
 mod correlations;
 mod course;
 mod direction;
-mod format;
+pub(crate) mod format;
 mod held_out;
 mod imperfections;
 mod modes;
@@ -28,7 +28,7 @@ const STYLE: &str = include_str!("style.css");
 /// Names of the axes of the tool centre point.
 const AXES: [&str; 3] = ["x", "y", "z"];
 /// Degrees of freedom of a joint.
-const DOFS: [&str; 6] = ["tx", "ty", "tz", "rx", "ry", "rz"];
+pub(crate) const DOFS: [&str; 6] = ["tx", "ty", "tz", "rx", "ry", "rz"];
 /// Most poses and records that are drawn. Chosen: with their charts the page stays below 2 MiB; a result has at most 16.
 const MOST_POSES: usize = 4;
 const MOST_RECORDS: usize = MOST_POSES;
@@ -38,6 +38,39 @@ const MOST_RECORDS: usize = MOST_POSES;
 /// Parts that the file does not have leave a sentence.
 pub fn render(document: &Document, name: &str, sha256: Option<&str>) -> String {
     let (poses, others) = poses(document);
+    let body = html! {
+        header {
+            p.file { "flexid report on " code { (name) } ": " (verdict::robot(document)) }
+            (answer::section(document))
+        }
+        main {
+            (verdict::section(document))
+            @if document.is_static() {
+                (parameters::section(document))
+                h2 { "Details" }
+                (correlations::section(document))
+            } @else {
+                (spectra::section(document))
+                (parameters::section(document))
+                (modes::section(document, &poses))
+                (path::section(document))
+                (residuals::section(document))
+                (imperfections::section(document))
+                h2 { "Details" }
+                (receptance::section(document, &poses, others))
+                (correlations::section(document))
+                (held_out::section(document))
+                (course::section(document))
+                (quality::section(document))
+            }
+            (origin::section(document, name, sha256))
+        }
+    };
+    whole(&format!("flexid: {name}"), &body)
+}
+
+/// A page with this title and body.
+pub(crate) fn whole(title: &str, body: &Markup) -> String {
     let page = html! {
         (DOCTYPE)
         html lang="en" {
@@ -45,37 +78,10 @@ pub fn render(document: &Document, name: &str, sha256: Option<&str>) -> String {
                 meta charset="utf-8";
                 meta name="viewport" content="width=device-width, initial-scale=1";
                 meta name="color-scheme" content="light dark";
-                title { "flexid: " (name) }
+                title { (title) }
                 style { (PreEscaped(STYLE)) }
             }
-            body {
-                header {
-                    p.file { "flexid report on " code { (name) } ": " (verdict::robot(document)) }
-                    (answer::section(document))
-                }
-                main {
-                    (verdict::section(document))
-                    @if document.is_static() {
-                        (parameters::section(document))
-                        h2 { "Details" }
-                        (correlations::section(document))
-                    } @else {
-                        (spectra::section(document))
-                        (parameters::section(document))
-                        (modes::section(document, &poses))
-                        (path::section(document))
-                        (residuals::section(document))
-                        (imperfections::section(document))
-                        h2 { "Details" }
-                        (receptance::section(document, &poses, others))
-                        (correlations::section(document))
-                        (held_out::section(document))
-                        (course::section(document))
-                        (quality::section(document))
-                    }
-                    (origin::section(document, name, sha256))
-                }
-            }
+            body { (body) }
         }
     };
     page.into_string()
@@ -129,7 +135,7 @@ fn poses(document: &Document) -> (Vec<Pose<'_>>, usize) {
 }
 
 /// Contents that open by their title.
-fn folded(title: &str, contents: &Markup) -> Markup {
+pub(crate) fn folded(title: &str, contents: &Markup) -> Markup {
     html! { details { summary { (title) } (contents) } }
 }
 
