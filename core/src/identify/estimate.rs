@@ -151,8 +151,8 @@ impl Estimate {
     }
 
     /// How far its parameters can be trusted: none is identified in a fit that did not settle, that static tests contradict, that needs
-    /// imperfections of no plausible plant, or whose residuals are both larger and more alike than noise makes them, so that the model is
-    /// wrong, unless its standard deviations are robust.
+    /// imperfections of no plausible plant, or, unless its standard deviations are robust, whose residuals show a wrong model: they have more
+    /// structure than any noise, or are both larger and more alike than noise makes them.
     pub fn trust(&self) -> Trust {
         let settled = self.acceptance != Acceptance::Unsettled
             && !self.statics_object
@@ -160,7 +160,8 @@ impl Estimate {
         if self.is_robust {
             return Trust::robust(self.consistency, settled);
         }
-        let wrong = self.size_objects && self.structure_objects;
+        let wrong =
+            self.is_structured_beyond_noise() || self.size_objects && self.structure_objects;
         Trust::new(self.consistency, settled && !wrong)
     }
 }
