@@ -32,8 +32,9 @@ impl Refinement {
             let (seam, _) = self.workspace.fit_seam(problem, &middle, Bins::of(experiment, &part));
             let mut left = [Spectrum::<B>::EMPTY, Spectrum::EMPTY];
             for (side, left) in [-0.5, 0.5].into_iter().zip(&mut left) {
-                let pose = part.site.pose.iter().zip(part.travel);
-                let pose: Vec<f64, MAX_JOINTS> = pose.map(|(q, d)| q + side * d).collect();
+                let pose = part.site.pose.iter().zip(part.site.rates);
+                let pose = pose.map(|(q, rate)| q + side * rate * experiment.length());
+                let pose: Vec<f64, MAX_JOINTS> = pose.collect();
                 let end = Part { site: Site { pose: &pose, ..part.site }, ..part.clone() };
                 let model = self.model_of(problem, coordinates, plant, &end, record).ok()?;
                 let bins = Bins::of(experiment, &part);
@@ -86,7 +87,8 @@ mod tests {
             Experiment::<BINS>::new(&chain, &measurement, &record, &mut [0.0; SAMPLES]);
         let mut experiment = experiment.unwrap();
         let travel: Vec<f64, MAX_JOINTS> = [0.02, -0.03].into_iter().collect();
-        experiment.travel.iter_mut().for_each(|own| own.clone_from(&travel));
+        let rates = travel.iter().map(|change| change / experiment.length()).collect();
+        experiment.rates.iter_mut().for_each(|own| own.clone_from(&rates));
         let coordinates = sought.coordinates(&bushings());
         let at = |experiment: &Experiment<BINS>, side: f64, bin: usize| {
             let pose = [0, 1].map(|joint| pose[joint] + side * travel[joint]);

@@ -59,8 +59,8 @@ pub struct Experiment<const B: usize> {
     pub pose: Pose,
     /// Stage of each [part](Experiment::parts). There is at least one.
     pub path: Vec<Stage, MAX_PARTS>,
-    /// Change of the joint angles from the start to the end of each part, rad (m).
-    pub(crate) travel: Vec<Pose, MAX_PARTS>,
+    /// Rates of the joints in each part, rad/s (m/s); empty where the robot stands.
+    pub rates: Vec<Pose, MAX_PARTS>,
     /// Number of parts into which the record was divided, with those that are left out.
     pub divided: usize,
     /// Point at which the force acts, from the TCP, TCP axes, m.
@@ -142,6 +142,9 @@ impl<const B: usize> Experiment<B> {
             return Err(SpectrumError::Uneven);
         }
         let length = samples / divided;
+        let rates = part::rates(&stages, length as f64 * period);
+        let rates = rates.zip(&stages).filter(|(_, stage)| stage.is_even);
+        let rates: Vec<Pose, MAX_PARTS> = rates.map(|(rates, _)| rates).collect();
         let spacing = TAU * record.rate_hz / length as f64;
         let band = measurement.bins(record.rate_hz, length);
         let bins = path.len() * band.len();
@@ -213,8 +216,8 @@ impl<const B: usize> Experiment<B> {
         Ok(Self {
             kind: Kind::Record,
             pose: record.pose.clone(),
-            travel: movement::travel(&stages),
             path,
+            rates,
             divided,
             point: record.point,
             spacing,
@@ -236,8 +239,7 @@ impl<const B: usize> Experiment<B> {
     pub fn parts<'a>(&'a self) -> impl Iterator<Item = Part<'a>> {
         let (bins, site) = (self.bins_of_part(), self.site());
         let part = move |(part, stage): (usize, &'a Stage)| Part {
-            site: Site { pose: &stage.pose, ..site },
-            travel: &self.travel[part],
+            site: Site { pose: &stage.pose, rates: &self.rates[part], ..site },
             bins: part * bins..(part + 1) * bins,
         };
         self.path.iter().enumerate().map(part)
@@ -246,6 +248,11 @@ impl<const B: usize> Experiment<B> {
     /// Returns whether the spectra are those of a record.
     pub fn is_record(&self) -> bool {
         self.kind == Kind::Record
+    }
+
+    /// Returns whether the robot feeds.
+    pub(crate) fn feeds(&self) -> bool {
+        self.rates.iter().flatten().any(|rate| *rate != 0.0)
     }
 
     /// Returns whether the record has one part, with all of its samples.
@@ -265,7 +272,8 @@ impl<const B: usize> Experiment<B> {
 
     /// Where the force acts in the mean pose.
     pub fn site(&self) -> Site<'_> {
-        Site { pose: &self.pose, point: self.point.into(), is_of_test: !self.is_record() }
+        let (pose, point) = (&self.pose, self.point.into());
+        Site { pose, rates: &[], point, is_of_test: !self.is_record() }
     }
 
     /// Returns whether the acceleration along an axis is measured.

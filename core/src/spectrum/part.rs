@@ -28,8 +28,6 @@ pub(super) type Pose = Vec<f64, MAX_JOINTS>;
 pub struct Part<'a> {
     /// Where the force acts.
     pub site: Site<'a>,
-    /// Change of the joint angles from its start to its end, rad (m).
-    pub travel: &'a [f64],
     /// Its bins among those of the record, in ascending order of their frequencies.
     pub bins: Range<usize>,
 }
@@ -52,6 +50,18 @@ pub(super) fn stages<const N: usize>(record: &Record<N>, bins: usize) -> Vec<Sta
         stages = stages.chunks(2).map(both).collect();
     }
     stages
+}
+
+/// Mean rates of the joints in each of these stages, of which each lasts so many seconds, rad/s (m/s): the difference of the poses beside it. An even
+/// stage has neighbours of the same rates.
+pub(super) fn rates(stages: &[Stage], seconds: f64) -> impl Iterator<Item = Pose> {
+    let last = stages.len() - 1;
+    (0..=last).map(move |stage| {
+        let [before, after] = [stage.saturating_sub(1), (stage + 1).min(last)];
+        let time = (after - before) as f64 * seconds;
+        let both = stages[before].pose.iter().zip(&stages[after].pose);
+        both.filter(|_| time > 0.0).map(|(from, to)| (to - from) / time).collect()
+    })
 }
 
 /// Mean pose of some stages.

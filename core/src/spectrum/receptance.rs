@@ -142,7 +142,7 @@ impl<const B: usize> Experiment<B> {
             kind: Kind::Receptance { decay, first: core::f64::consts::TAU * first_hz },
             pose,
             path: core::iter::once(stage).collect(),
-            travel: core::iter::once(Pose::new()).collect(),
+            rates: core::iter::once(Pose::new()).collect(),
             divided: 1,
             point,
             spacing: core::f64::consts::TAU * spacing_hz,

@@ -7,6 +7,8 @@ use nalgebra::Vector3;
 pub struct Site<'a> {
     /// Joint angles, rad (m).
     pub pose: &'a [f64],
+    /// Their rates, rad/s (m/s); empty where the robot stands.
+    pub rates: &'a [f64],
     /// Point at which the force acts, from the TCP, TCP axes, m.
     pub point: Vector3<f64>,
     /// True if the force is not read by the sensor of the [mounting](crate::mounting::Mounting): it is that of a modal test, along the TCP's axes.
@@ -16,6 +18,6 @@ pub struct Site<'a> {
 impl<'a> Site<'a> {
     /// The TCP at a pose, rad (m).
     pub fn tcp(pose: &'a [f64]) -> Self {
-        Self { pose, point: Vector3::zeros(), is_of_test: false }
+        Self { pose, rates: &[], point: Vector3::zeros(), is_of_test: false }
     }
 }

@@ -128,7 +128,10 @@ fn of_feeding(config: &Config, survey: &Survey) -> Vec<Finding> {
             unit(config, joint),
             own.every_s()
         );
-        let mend = "let the controller send more digits, and each angle when it is new";
+        let mend = format!(
+            "let the controller send more digits, for steps of {STATIC} {} or less, and each angle when it is new",
+            unit(config, joint)
+        );
         findings.push(Finding::new(severity, ABOUT, finding, mend));
     }
     // A straight line is off by an eighth of the second difference, which falls with the square of the time between two angles.

@@ -145,8 +145,8 @@ impl<'a> Check<'a> {
             findings.extend(identifiers::judge(config, survey));
             findings.extend(clocks::judge(survey));
             findings.extend(counters::judge(survey));
-            findings.extend(joints::judge(config, survey));
             findings.extend(units::judge(config, survey));
+            findings.extend(joints::judge(config, survey));
             findings.extend(sensors::judge(survey));
             findings.extend(rest::judge(survey));
             findings.extend(excitation::judge(survey));

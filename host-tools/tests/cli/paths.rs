@@ -69,6 +69,9 @@ fn angles_in_steps_are_named_with_their_step() {
     let (folder, lines) = path();
     let coarse = check(&folder, angles(&lines, |line| line.angle() / 1745 * 1745));
     coarse.says("in steps while the robot feeds, of 0.0017 rad, each held for 0.");
+    coarse.says(
+        "let the controller send more digits, for steps of 0.0005 rad or less, and each angle",
+    );
     let held = |line: &Line| {
         let since = line.us - line.us % 200_000;
         let first = lines.iter().find(|one| one.joint() == line.joint() && one.us >= since);
@@ -95,6 +98,7 @@ fn a_path_in_degrees_or_beyond_the_limits_is_named() {
     let (folder, lines) = path();
     let degrees = check(&folder, angles(&lines, |line| (f64::from(line.angle()) * 57.3) as i32));
     degrees.says("is it in degrees?");
+    assert!(degrees.json["verdict"].as_str().unwrap().contains("is it in degrees?"));
     assert!(!degrees.is_ready());
     let shifted = |line: &Line| line.angle() - if line.joint() == Some(2) { 2_000_000 } else { 0 };
     check(&folder, angles(&lines, shifted)).says("and the limits of joint_2 are -2.30 to 0.40 rad");

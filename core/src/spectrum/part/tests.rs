@@ -98,6 +98,22 @@ fn a_part_is_what_a_record_of_its_samples_is() {
     assert!(noise[0] > 2.0 * noise[divided.bins_of_part() - 1]);
 }
 
+/// The poses of neighbours are 0.01 and -0.02 rad apart, at the ends as in between; a record of a single part has no rates.
+#[test]
+fn the_rates_of_a_part_are_those_of_the_path() {
+    let (record, measurement) = (along(PARTS), measurement());
+    let divided = experiment(&record, &measurement).unwrap();
+    for part in divided.parts() {
+        let [one, other] = part.site.rates else { panic!("{:?}", part.site) };
+        let length = divided.length();
+        assert!((one * length - 0.01).abs() < 1e-12 && (other * length + 0.02).abs() < 1e-12);
+    }
+    assert!(divided.feeds());
+    let standing = experiment(&alone(&record, 0), &measurement).unwrap();
+    assert!(standing.site().rates.is_empty() && !standing.feeds());
+    assert!(standing.parts().all(|part| part.site.rates.is_empty()));
+}
+
 /// In each part the delay has grown since the start of the record, and since the time before it. Single precision rounds the time of a
 /// value to 1e-7 of the record, and the derivative of the highest bin is 200 times the value.
 #[test]
