@@ -1,7 +1,7 @@
 //! The joint angles of a stretch: for how long a reading holds, and what it is worth.
 //!
 //! A reading that leaves the pose is doubted until a reading that is at the pose again would have come. If one does, it was wrong: no
-//! joint moves away and back in that time. If none does, the joint has moved.
+//! joint leaps away and back in that time. If none does, the joint has moved.
 //!
 //! A start or a stop shakes the robot by forces that no sensor measures. A joint that has moved therefore stood still only up to the first, and
 //! again from the last, of the readings that lead one way.
@@ -70,6 +70,8 @@ pub(super) struct Doubt {
     since_s: f64,
     /// Samples of the stretch during which the joint is known to have stood still before.
     pub(super) since: usize,
+    /// The first of all is farther from the reading before than a joint that moves on, and turns, would be.
+    leaps: bool,
 }
 
 /// Readings in a row that lead one way: a joint that starts, or comes to rest.
@@ -81,6 +83,8 @@ struct Run {
     from: usize,
     /// True if the newest reading leads the same way as the one before.
     goes_on: bool,
+    /// Distance of the newest reading from the one before, rad (m).
+    step: f64,
 }
 
 impl Run {
@@ -88,10 +92,15 @@ impl Run {
     fn note(&mut self, change: f64, standing: usize) {
         let goes_on = change * self.by > 0.0;
         *self = match goes_on {
-            true => Self { by: self.by + change, ..*self },
-            false => Self { by: change, from: standing, goes_on },
+            true => Self { by: self.by + change, step: change, ..*self },
+            false => Self { by: change, from: standing, goes_on, step: change },
         };
         self.goes_on = goes_on && self.moves();
+    }
+
+    /// Returns whether a `change` from the newest reading is none of a joint that moves on as before, of whose readings one may have been lost.
+    fn is_left_by(&self, change: f64) -> bool {
+        change.abs() > STATIC + 2.0 * self.step.abs()
     }
 
     /// Returns whether the joint moves.
@@ -183,6 +192,7 @@ impl Pose {
         // Equal readings differ by nothing, and sums of differences by their rounding.
         let change =
             known.sender.newest.map_or(0.0, |(newest, _)| signal.difference(angle, newest));
+        let leaps = known.run.is_left_by(change);
         // A sender whose silence proves nothing may turn out to be one on change only now.
         known.run.note(change, known.standing(samples, 0));
         let before_s = known.sender.newest.map_or(time_s, |(_, before_s)| before_s);
@@ -202,9 +212,10 @@ impl Pose {
             }
             known.rest.note(time_s - before_s);
             known.sender.note_rest(&known.rest);
-            return known.doubt.take();
+            return known.doubt.take().filter(|doubt| doubt.leaps);
         }
         let new = Doubt {
+            leaps,
             place: Place::new(angle),
             samples: arrived,
             confirmed: samples,

@@ -44,6 +44,14 @@ fn single_wrong_angles_are_left_out_and_counted() {
     assert!((health.ended_by - 1.0).abs() < 1e-12);
 }
 
+/// A corner of a path is no wrong angle.
+#[test]
+fn a_joint_that_feeds_may_turn_back() {
+    let angle = |frame: u32| -0.7 - 1e-3 * f64::from(frame.abs_diff(10));
+    let (_, _, health) = cut(AngleSignal::FINE, 4100, angle);
+    assert_eq!(health.wrong, 0);
+}
+
 /// Angles come every millisecond, and rubbish for as long as `frames` of them.
 #[test]
 fn rubbish_may_last_for_some_frames_of_a_fast_sender() {
