@@ -386,20 +386,24 @@ fn cuts_that_cannot_be_milled_are_named_with_the_mend() {
             "2000.0",
             &["\"slot\" path_mm: point 1 of 1: after ", " mm of the way to it "][..],
         ),
-        ("150.0", "-1900.0", &["joint_2 leaves its limits, -2.3 to 0.4: start the path elsewhere"]),
+        (
+            "150.0, 0.0, 0.0",
+            "0.0, 0.0, -1500.0",
+            &["joint_2 leaves its limits, -2.3 to 0.4: start the path elsewhere"],
+        ),
         ("duration_s = 9.5", "duration_s = 5", &["takes ", "give it duration_s = 9"]),
         (
             "feed_mm_per_s = 20.0",
             "feed_mm_per_s = 500\nacceleration_mm_per_s2 = 4000",
             &[
-                "\"slot\": ",
-                "faster than a feed",
-                "(feed by no more than 0.03 rad (m) in 256 samples",
+                "\"slot\": joint_3 moves by up to 0.75 rad/s",
+                "no feed: by more than 0.03 rad (m) in 256 samples",
+                "(feed 3.2 times as slowly)",
             ],
         ),
         ("[[150.0, 0.0, 0.0]]", "[[4.0, 0.0, 0.0]]", &["\"slot\": no record: ", "feeds evenly"]),
-        ("feed = \"x\"\n", "", &["cuts.toml:1", "missing field `feed`"]),
-        ("[[experiment]]", "[[cut]]", &["cuts.toml", "missing field `experiment`"]),
+        ("feed = \"x\"\n", "", &["cuts.toml:1: [[experiment]] key `feed` is missing"]),
+        ("[[experiment]]", "[[cut]]", &["cuts.toml:1: key `experiment` is missing"]),
     ] {
         assert!(slot.contains(from), "{from}");
         fs::write(folder.path().join("cuts.toml"), slot.replacen(from, to, 1)).unwrap();
