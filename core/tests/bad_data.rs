@@ -15,7 +15,7 @@ use flexid_core::stream::{AngleSignal, Record, Stream, StreamConfig};
 use flexid_core::verdict::Verdict;
 
 use crate::common::fits::{parameters, settle};
-use crate::common::milling::{Conditions, SAMPLES, cut, experiments, record};
+use crate::common::milling::{Conditions, SAMPLES, cut, record};
 use crate::common::{BINS, EXPERIMENTS, MEASUREMENT, Random, bounds, mill3, nominal};
 use fearless_simd::Level;
 use nalgebra::{Isometry3, Matrix3, Translation3, Vector3};
