@@ -265,7 +265,7 @@ mod tests {
     fn a_client_built_between_two_versions_gets_the_whole_reason() {
         let client = Hello { schema_key: [0xAB; 8], ..Hello::new("flexid 0.1.0") };
         let reason = client.refusal().unwrap().reason;
-        assert!(reason.starts_with("client has schema abababababababab of flexid protocol 14"));
+        assert!(reason.starts_with("client has schema abababababababab of flexid protocol 15"));
         assert!(reason.ends_with("install matching versions"), "{reason}");
     }
 }

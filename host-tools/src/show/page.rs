@@ -440,7 +440,6 @@ pub(crate) mod tests {
                 && page.contains("residuals    noise"),
             "{page}"
         );
-        assert!(page.contains("12 refinement steps"), "{page}");
         assert!(page.starts_with("tool         softest 0.381 N/µm"), "{page}");
         assert!(page.contains("\ndrives       joint_1 2.31 MNm/rad"), "{page}");
     }
