@@ -5,11 +5,12 @@ use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 
 use super::super::super::tests::{bounds, bushings, chain, problem};
-use super::super::tests::{PASSING, Three, evaluated, inside, measurement, plant, reading};
+use super::super::tests::{POSE, Three, evaluated, inside, measurement, plant, reading};
 use super::*;
 use crate::imperfection::{self, Accuracies};
 use crate::receptance::Complex;
 use crate::sought::{MAX_UNKNOWNS, Sought};
+use crate::spectrum::Site;
 
 const COLUMNS: usize = MAX_IMPERFECTIONS + MAX_UNKNOWNS;
 
@@ -45,7 +46,7 @@ proptest! {
         plant.point.coordinates = sought.coordinates(&soft);
         let standing = inside(&all, away);
         plant.point.imperfections = standing;
-        let model = plant.imperfections.prepare(&problem, &plant.point, PASSING, 0).unwrap();
+        let model = plant.imperfections.prepare(&problem, &plant.point, Site::tcp(&POSE), 0).unwrap();
         let (response, batch) = evaluated(&model, s, &raw, &seam);
         let mut columns = || {
             let mut rows = [[[0.0; COLUMNS]; 6]];
@@ -64,7 +65,7 @@ proptest! {
                 let more = larger.filter(|(own, _)| *own == index).map_or(0.0, |(_, by)| by);
                 (imperfection, (standing[index] + more) * deviation)
             });
-            Imperfect::new(&problem, &plant.point.coordinates, values, PASSING, 0)
+            Imperfect::new(&problem, &plant.point.coordinates, values, Site::tcp(&POSE), 0)
         };
         let of = |imperfect: &Imperfect, linear: &LinearChain, bushings: &Bushings| {
             reading(&imperfect.model(linear, bushings).unwrap(), s, &raw, &seam)
