@@ -14,7 +14,7 @@ use flexid_core::statics::StaticTestError;
 use flexid_core::stream::{AngleSignal, Record, Stream, StreamConfig};
 use flexid_core::verdict::Verdict;
 
-use crate::common::fits::{parameters, settle};
+use crate::common::fits::{Generator, parameters, settle};
 use crate::common::milling::{Conditions, SAMPLES, cut, record};
 use crate::common::{BINS, EXPERIMENTS, MEASUREMENT, Random, bounds, mill3, nominal};
 use fearless_simd::Level;
@@ -23,6 +23,17 @@ use nalgebra::{Isometry3, Matrix3, Translation3, Vector3};
 /// Spoils a record with a value.
 type Spoil = fn(&mut Record<SAMPLES>, f32);
 
+// An identifier is large: inlined, it would take room on the stack of its caller.
+#[inline(never)]
+fn identifier(
+    chain: &Chain,
+    measurement: Measurement,
+    bounds: Bounds,
+) -> Box<Identifier<Generator>> {
+    let generator = Random::new(7).0;
+    Box::new(Identifier::new(chain.clone(), bounds, measurement, Level::new(), generator))
+}
+
 /// The result of an [`Identifier`] from these experiments, and its remarks on each.
 fn identify(
     chain: &Chain,
@@ -30,12 +41,26 @@ fn identify(
     bounds: Bounds,
     experiments: &[Experiment<BINS>],
 ) -> (Estimate, Vec<(Coordinate, Verdict)>) {
-    let generator = Random::new(7).0;
-    let mut identifier =
-        Box::new(Identifier::new(chain.clone(), bounds, measurement, Level::new(), generator));
+    let mut identifier = identifier(chain, measurement, bounds);
     let estimate = settle(&mut identifier, experiments);
     let verdicts = verdicts(&estimate);
     (estimate, verdicts)
+}
+
+/// The record of a cut in a pose, from one spindle speed to another, along a feed, once it has been spoilt.
+// Records are large: inlined, they would take room on the stack of a test that identifies.
+#[inline(never)]
+fn cut_of(
+    chain: &Chain,
+    truth: &Bushings,
+    (pose, rpm, feed): (&[f64], [f64; 2], usize),
+    random: &mut Random,
+    spoil: &dyn Fn(&mut Record<SAMPLES>),
+) -> Experiment<BINS> {
+    let force = cut(random, rpm, feed);
+    let mut record = record(chain, pose, truth, &force, &Conditions::default(), random);
+    spoil(&mut record);
+    Experiment::new(chain, &MEASUREMENT, &record, &mut [0.0; SAMPLES]).expect("a good record")
 }
 
 fn verdicts(estimate: &Estimate) -> Vec<(Coordinate, Verdict)> {
@@ -72,6 +97,8 @@ fn one_record() -> Box<Record<SAMPLES>> {
     Box::new(record(&mill3(), &pose, &nominal(), &force, &Conditions::default(), &mut random))
 }
 
+// Inlined, its buffer would take room on the stack of a test that identifies.
+#[inline(never)]
 fn spectra(
     record: &Record<SAMPLES>,
     measurement: &Measurement,
@@ -134,14 +161,12 @@ fn a_singular_pose_names_what_it_does_not_tell() {
     let joints = [joint(0.0, Vector3::z_axis()), joint(1.0, Vector3::y_axis())];
     let tcp = Isometry3::from(Translation3::new(0.0, 0.0, 1.1));
     let chain = Chain::new(&joints, tcp).expect("physical");
-    let mut random = Random::new(11);
     let truth: Bushings = nominal().into_iter().take(2).collect();
+    let mut random = Random::new(11);
     let experiments: Vec<Experiment<BINS>> = (0..3)
         .map(|feed| {
-            let force = cut(&mut random, [600.0, 4200.0], feed);
-            let conditions = Conditions::default();
-            let record = record(&chain, &[0.4, 0.0], &truth, &force, &conditions, &mut random);
-            Experiment::new(&chain, &MEASUREMENT, &record, &mut [0.0; SAMPLES]).expect("good")
+            let at = (&[0.4, 0.0][..], [600.0, 4200.0], feed);
+            cut_of(&chain, &truth, at, &mut random, &|_| {})
         })
         .collect();
     let (estimate, verdicts) = identify(&chain, MEASUREMENT, bounds(), &experiments);
@@ -200,7 +225,9 @@ fn the_same_pose_again_and_again_makes_nothing_up() {
     let experiments: Vec<Experiment<BINS>> = (0..3)
         .map(|_| {
             let conditions = Conditions { noise: 30.0, ..Conditions::default() };
-            let record = record(&mill3(), &pose, &truth, &force, &conditions, &mut random);
+            // On the heap: the stack is for the identifier.
+            let record =
+                Box::new(record(&mill3(), &pose, &truth, &force, &conditions, &mut random));
             spectra(&record, &MEASUREMENT).expect("a good record")
         })
         .collect();
@@ -239,11 +266,8 @@ fn noise_of_zero_gives_no_confident_number() {
     for (case, (silence, expected)) in silent.into_iter().enumerate() {
         let mut random = Random::new(17);
         let made = EXPERIMENTS.iter().map(|(pose, rpm, feed)| {
-            let force = cut(&mut random, *rpm, *feed);
-            let conditions = Conditions::default();
-            let mut record = record(&mill3(), pose, &truth, &force, &conditions, &mut random);
-            silence(&mut record, 0.0);
-            spectra(&record, &MEASUREMENT).expect("a record with force")
+            let at = (&pose[..], *rpm, *feed);
+            cut_of(&mill3(), &truth, at, &mut random, &|record| silence(record, 0.0))
         });
         let experiments: Vec<Experiment<BINS>> = made.collect();
         let (estimate, verdicts) = identify(&mill3(), MEASUREMENT, bounds(), &experiments);
@@ -258,12 +282,10 @@ fn noise_that_is_too_loud_gives_no_confident_number() {
     let truth = nominal();
     let mut random = Random::new(18);
     let made = EXPERIMENTS.iter().map(|(pose, rpm, feed)| {
-        let force = cut(&mut random, *rpm, *feed);
-        let conditions = Conditions::default();
-        let mut record = record(&mill3(), pose, &truth, &force, &conditions, &mut random);
-        let noise = record.force_noise.iter_mut().chain(&mut record.acceleration_noise);
-        noise.for_each(|noise| *noise *= 3.0);
-        spectra(&record, &MEASUREMENT).expect("a good record")
+        cut_of(&mill3(), &truth, (&pose[..], *rpm, *feed), &mut random, &|record| {
+            let noise = record.force_noise.iter_mut().chain(&mut record.acceleration_noise);
+            noise.for_each(|noise| *noise *= 3.0);
+        })
     });
     let experiments: Vec<Experiment<BINS>> = made.collect();
     let (estimate, verdicts) = identify(&mill3(), MEASUREMENT, bounds(), &experiments);

@@ -369,7 +369,7 @@ pub(crate) const MEASUREMENT: flexid_core::spectrum::Measurement =
     };
 
 /// Bins that the scenario's records need.
-pub(crate) const BINS: usize = 1024;
+pub(crate) const BINS: usize = 832;
 
 /// One bin with a seam (its load on every bushing, N and Nm times seconds), to a force in Ns.
 pub(crate) fn respond(
