@@ -8,7 +8,6 @@ mod compensate;
 mod constant;
 pub mod demo;
 pub mod dh;
-mod feed;
 mod history;
 mod json;
 mod lobes;
