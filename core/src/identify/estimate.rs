@@ -181,3 +181,39 @@ fn within(problem: &Problem<'_>, minimum: &Minimum, bushings: &Bushings) -> Bush
     }
     deviations
 }
+
+#[cfg(test)]
+pub(super) mod tests {
+    use std::boxed::Box;
+
+    use super::super::Identifier;
+    use super::super::deferred::tests::identifier;
+    use super::super::minimum::tests::{minimum, of_size};
+    use super::*;
+    use crate::verdict::Verdict;
+
+    /// Of residuals as large as noise makes them, with so much structure.
+    pub(in crate::identify) fn estimate(structure: f64) -> Box<Estimate> {
+        let identifier = identifier();
+        let mut minimum = minimum(2000.0, 0.0);
+        minimum.fit.structure = of_size(structure);
+        let Identifier { chain, measurement, bounds, sought, statics, level, .. } = &*identifier;
+        let problem = Problem { chain, measurement, bounds, sought, statics, level: *level };
+        let (accepted, refinement) = (Acceptance::ModelSuspect, &identifier.refinement);
+        Box::new(Estimate::of(&minimum, accepted, 0, refinement, &problem, 3, None))
+    }
+
+    #[test]
+    fn structure_beyond_noise_lets_nothing_be_identified_unless_deviations_are_robust() {
+        for (structure, is_robust, expected) in [
+            (0.2, false, Verdict::Identified),
+            (0.22, false, Verdict::Weak),
+            (0.22, true, Verdict::Identified),
+        ] {
+            let mut estimate = estimate(structure);
+            estimate.is_robust = is_robust;
+            let (verdict, _) = estimate.trust().verdict(1.0, 0.01);
+            assert_eq!(verdict, expected, "{structure} {is_robust}");
+        }
+    }
+}

@@ -131,6 +131,8 @@ impl<R> Identifier<R> {
 #[cfg(test)]
 mod tests {
     use super::super::deferred::tests::identifier;
+    use super::super::estimate::tests::estimate;
+    use super::super::{Acceptance, Estimate, Phase};
     use crate::spectrum::Experiment;
 
     #[test]
@@ -142,5 +144,21 @@ mod tests {
         assert_eq!(identifier.starts, 5);
         identifier.renew(&none);
         assert_eq!(identifier.starts, 0);
+    }
+    #[test]
+    fn only_a_settled_consistent_minimum_keeps_its_visits_for_new_records() {
+        for (phase, acceptance, expected) in [
+            (Phase::Settled, Acceptance::Consistent, 3),
+            (Phase::Settled, Acceptance::ModelSuspect, 0),
+            (Phase::Refining, Acceptance::Consistent, 0),
+        ] {
+            let mut identifier = identifier();
+            identifier.settled_times = 3;
+            identifier.phase = phase;
+            identifier.estimate = Some(Estimate { acceptance, ..*estimate(0.0) });
+            let none: [Experiment<8>; 0] = [];
+            identifier.renew(&none);
+            assert_eq!(identifier.confirmations, expected, "{phase:?} {acceptance:?}");
+        }
     }
 }

@@ -48,7 +48,7 @@ impl Refinement {
             }
             let [start, end] = &left;
             for (axis, movement) in movement.iter_mut().enumerate() {
-                movement.extend(part.bins.clone().enumerate().map(|(bin, _)| {
+                movement.extend((0..part.bins.len()).map(|bin| {
                     let change = [
                         end.re[axis][bin] - start.re[axis][bin],
                         end.im[axis][bin] - start.im[axis][bin],
