@@ -1,9 +1,13 @@
-//! The shipped systemd unit. systemd's own measure rates how little it leaves to an intruder into the daemon.
+//! The shipped systemd units. systemd's own measure rates how little they leave to an intruder.
 
 use std::path::Path;
 use std::process::Command;
 
 const UNIT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../edge-app/dist/flexid-edge.service");
+const PUBLISHER: &str =
+    concat!(env!("CARGO_MANIFEST_DIR"), "/../host-tools/fleet/dist/flexid-publish.service");
+const COLLECTOR: &str =
+    concat!(env!("CARGO_MANIFEST_DIR"), "/../host-tools/fleet/dist/flexid-collect.service");
 /// Largest exposure, from 0 to 10. systemd calls up to 4 OK.
 const MOST: f64 = 1.6;
 
@@ -16,24 +20,44 @@ fn systemd_analyze(arguments: &[&str]) -> (bool, String) {
 
 #[test]
 fn exposure_is_low() {
-    let (_, table) = systemd_analyze(&["security", "--offline=true", "--no-pager", UNIT]);
-    let (_, level) = table.split_once("Overall exposure level for flexid-edge.service: ").unwrap();
-    let level: f64 = level.split(' ').next().unwrap().parse().unwrap();
-    assert!(level <= MOST, "{table}");
+    for unit in [UNIT, PUBLISHER, COLLECTOR] {
+        let (_, table) = systemd_analyze(&["security", "--offline=true", "--no-pager", unit]);
+        let (_, level) = table.split_once("Overall exposure level for ").unwrap();
+        let level: f64 = level.split(' ').nth(1).unwrap().parse().unwrap();
+        assert!(level <= MOST, "{table}");
+    }
 }
 
 /// systemd accepts every directive. The test needs neither the installed program nor the bus.
 #[test]
 fn directives_are_known() {
-    let (passes, complaints) = systemd_analyze(&["verify", UNIT]);
-    let is_read = passes || complaints.contains("flexid-edge is not executable");
-    assert!(is_read, "{complaints}");
-    let of_the_file: Vec<_> = complaints
-        .lines()
-        .filter(|line| line.contains(".service") && !line.contains("is not executable"))
-        .filter(|line| line.contains("flexid-edge"))
-        .collect();
-    assert!(of_the_file.is_empty(), "{complaints}");
+    for (unit, program) in [(UNIT, "flexid-edge"), (PUBLISHER, "flexid"), (COLLECTOR, "flexid")] {
+        let (passes, complaints) = systemd_analyze(&["verify", unit]);
+        let is_read = passes || complaints.contains(&format!("{program} is not executable"));
+        assert!(is_read, "{complaints}");
+        let of_the_file: Vec<_> = complaints
+            .lines()
+            .filter(|line| line.contains(".service") && !line.contains("is not executable"))
+            .filter(|line| line.contains("flexid"))
+            .collect();
+        assert!(of_the_file.is_empty(), "{complaints}");
+    }
+}
+
+/// The publisher reaches the daemon's socket and the loopback interface alone, and finds its configuration and its outbox.
+#[test]
+fn the_publisher_reaches_this_box_alone() {
+    let unit = std::fs::read_to_string(PUBLISHER).unwrap();
+    for line in [
+        "RestrictAddressFamilies=AF_UNIX AF_INET AF_INET6",
+        "IPAddressDeny=any",
+        "IPAddressAllow=localhost",
+        "SupplementaryGroups=flexid",
+        "StateDirectory=flexid-publish",
+        "ExecStart=flexid publish --config /etc/flexid/publish.toml",
+    ] {
+        assert!(unit.lines().any(|own| own == line), "{line}");
+    }
 }
 
 /// The filter allows the system calls on which the daemon relies beside those of every service: each line of the unit adds to or

@@ -8,6 +8,7 @@ mod compensate;
 mod constant;
 pub mod demo;
 pub mod dh;
+mod feed;
 mod history;
 mod json;
 mod lobes;

@@ -54,7 +54,14 @@ fn the_pipeline_reaches_no_daemon() {
 
 #[test]
 fn what_commands_call_reaches_no_command() {
-    for package in ["flexid-simulation", "flexid-export", "flexid-prediction", "flexid-report"] {
+    let called = [
+        "flexid-simulation",
+        "flexid-export",
+        "flexid-prediction",
+        "flexid-report",
+        "flexid-fleet",
+    ];
+    for package in called {
         never(package, &reached(package), &["flexid", "flexid-edge", "flexid-console", "clap"]);
     }
 }

@@ -1,6 +1,7 @@
 //! The commands, one file for each.
 
 mod check;
+mod collect;
 mod compare;
 mod compensate;
 mod completions;
@@ -15,6 +16,7 @@ mod new;
 mod plan;
 mod pose;
 mod predict;
+mod publish;
 mod range;
 mod report;
 mod reproduce;
@@ -72,6 +74,10 @@ enum Command {
     Watch(watch::Args),
     /// Serves what a running daemon finds as a page for browsers
     Web(web::Args),
+    /// Keeps each finding of a running daemon in an outbox, and publishes it by MQTT
+    Publish(publish::Args),
+    /// Brings the findings of a plant from its MQTT broker into PostgreSQL
+    Collect(collect::Args),
     /// Prints the completions of this command line for a shell
     Completions(completions::Args),
     /// Writes the manual pages
@@ -98,6 +104,8 @@ pub fn main() -> ExitCode {
         Command::Reproduce(args) => reproduce::run(args),
         Command::Watch(args) => watch::run(args),
         Command::Web(args) => web::run(args),
+        Command::Publish(args) => publish::run(args),
+        Command::Collect(args) => collect::run(args),
         Command::Completions(args) => completions::run(args, Cli::command()),
         Command::Man(args) => man::run(args, Cli::command()),
     })

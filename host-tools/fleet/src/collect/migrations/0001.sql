@@ -1,0 +1,208 @@
+-- Findings of a fleet. Whoever inserts a message of the broker into the view `message` fills the tables; nobody needs another right.
+
+create table finding (
+    site text not null,
+    robot text not null,
+    sequence bigint not null,
+    -- Of the message: what is delivered twice is one row, and two boxes with one name lose nothing.
+    sha256 text not null,
+    box text not null,
+    boot_id text,
+    found_at timestamptz not null,
+    begun timestamptz,
+    synchronised boolean,
+    received_at timestamptz not null default now(),
+    schema integer not null,
+    acceptance text,
+    model_sha256 text,
+    config_sha256 text,
+    tool text,
+    body jsonb not null,
+    primary key (site, robot, sequence, sha256)
+);
+create index on finding (site, robot, found_at);
+create index on finding (site, robot, received_at);
+
+-- The twelve parameters of each joint: natural logarithm, and its standard deviation.
+create table parameter (
+    site text not null,
+    robot text not null,
+    sequence bigint not null,
+    sha256 text not null,
+    joint text not null,
+    axis text not null,
+    kind text not null,
+    log_value double precision not null,
+    -- Null for a parameter that the cuts do not show.
+    log_std double precision,
+    verdict text not null,
+    primary key (site, robot, sequence, sha256, joint, axis, kind),
+    foreign key (site, robot, sequence, sha256) references finding
+);
+
+create table robot (
+    site text not null,
+    robot text not null,
+    online boolean,
+    daemon boolean,
+    tool text,
+    told_at timestamptz,
+    -- For people: type, serial number, day of installation.
+    type text,
+    serial text,
+    installed date,
+    primary key (site, robot)
+);
+
+-- What happens to a robot: noted by people (gear changed, collision, recalibrated), or here (another model, box or gap).
+create table event (
+    site text not null,
+    robot text not null,
+    at timestamptz not null default now(),
+    what text not null
+);
+create index on event (site, robot, at);
+
+-- Messages that are no findings. Nothing is thrown away.
+create table refused (
+    received_at timestamptz not null default now(),
+    topic text not null,
+    why text not null,
+    payload bytea not null,
+    sha256 bytea generated always as (sha256(payload)) stored,
+    primary key (topic, sha256)
+);
+
+-- Findings that are missing between those that are there: up to 1000 of a box.
+create view gap as
+select site, robot, box, missing from (
+    select site, robot, box, sequence, lag(sequence, 1, 0::bigint) over (partition by site, robot, box order by sequence) as before
+    from finding
+) as steps, generate_series(greatest(before + 1, sequence - 1000), sequence - 1) as missing;
+
+create function note(site text, robot text, what text) returns void language plpgsql as $$
+begin
+    insert into event values (site, robot, now(), what);
+    raise warning '%/%: %', site, robot, what;
+end $$;
+
+-- The parameters of a finding. A stiffness that is not positive has no logarithm, and no row.
+create function parameters(own finding) returns setof parameter language sql as $$
+    select own.site, own.robot, own.sequence, own.sha256, joint->>'name', axis, kind, ln(estimate), std / estimate, verdict
+    from jsonb_array_elements(own.body->'joints') as joints(joint),
+        unnest(array['stiffness', 'damping']) as kinds(kind),
+        unnest(array['tx', 'ty', 'tz', 'rx', 'ry', 'rz']) with ordinality as axes(axis, number),
+        lateral (select
+            (joint->kind->>(number::int - 1))::double precision as estimate,
+            (joint->(kind || '_std')->>(number::int - 1))::double precision as std,
+            joint->(kind || '_verdict')->>(number::int - 1) as verdict) as entries
+    where estimate > 0
+$$;
+
+-- Keeps a finding, and notes what somebody should look at.
+create function take_finding(own_site text, own_robot text, text_ text) returns void language plpgsql as $$
+declare
+    body jsonb := text_::jsonb;
+    own finding;
+    before finding;
+    other text;
+begin
+    if body->>'site' is distinct from own_site or body->>'robot_id' is distinct from own_robot then
+        raise data_exception using message = format('is of %s/%s: correct the robot, or the acl_file', body->>'site', body->>'robot_id');
+    end if;
+    own := (own_site, own_robot, (body->>'sequence')::bigint, encode(sha256(convert_to(text_, 'UTF8')), 'hex'), body->>'box', body->>'boot_id',
+        (body->>'found_at')::timestamptz, (body->>'begun')::timestamptz, (body->>'synchronised')::boolean, now(), (body->>'schema')::integer,
+        body->'fit'->>'acceptance', body->>'model_sha256', body->>'config_sha256', body->>'tool', body)::finding;
+    select * into before from finding where site = own.site and robot = own.robot order by received_at desc, sequence desc limit 1;
+    insert into finding select own.* on conflict do nothing;
+    if not found then
+        return;
+    end if;
+    insert into robot (site, robot) values (own.site, own.robot) on conflict do nothing;
+    if own.schema = 2 then
+        insert into parameter select * from parameters(own);
+    else
+        perform note(own.site, own.robot, format('finding %s has schema %s, this database knows 2: its parameters are not taken; install the newer flexid collect', own.sequence, own.schema));
+    end if;
+    if own.synchronised is false then
+        perform note(own.site, own.robot, format('finding %s: the clock of the box is not synchronised: set up chrony there', own.sequence));
+    end if;
+    if before.model_sha256 <> own.model_sha256 then
+        perform note(own.site, own.robot, format('finding %s is of another model than %s', own.sequence, before.sequence));
+    end if;
+    select boot_id into other from finding
+        where site = own.site and robot = own.robot and box = own.box and sequence = own.sequence and sha256 <> own.sha256 limit 1;
+    if found then
+        perform note(own.site, own.robot, format('finding %s came twice with other contents, from the boots %s and %s: two boxes have one outbox: remove the file box of one', own.sequence, other, own.boot_id));
+    elsif before.box <> own.box then
+        if exists (select from finding where site = own.site and robot = own.robot and box = own.box and sequence < own.sequence) then
+            perform note(own.site, own.robot, format('the boxes %s (boot %s) and %s (boot %s) both send: give one robot another name', before.box, before.boot_id, own.box, own.boot_id));
+        else
+            perform note(own.site, own.robot, format('box %s follows box %s', own.box, before.box));
+        end if;
+    end if;
+end $$;
+
+create function take_status(own_site text, own_robot text, text_ text) returns void language sql as $$
+    insert into robot (site, robot, online, daemon, tool, told_at)
+    select own_site, own_robot, (own->>'online')::boolean, (own->>'daemon')::boolean, own->>'tool', now() from (select text_::jsonb as own) as message
+    on conflict (site, robot) do update
+        set online = excluded.online, daemon = excluded.daemon, tool = excluded.tool, told_at = excluded.told_at
+$$;
+
+-- Messages of the broker go in here.
+create view message as select now() as time, ''::text as topic, ''::text as value where false;
+
+create function take() returns trigger language plpgsql security definer set search_path from current as $$
+declare
+    level text[] := string_to_array(new.topic, '/');
+begin
+    if new.topic !~ '^flexid/v1/[A-Za-z0-9._-]{1,64}/[A-Za-z0-9._-]{1,64}/(finding|status|health)$' then
+        raise data_exception using message = 'is of no topic flexid/v1/SITE/ROBOT/finding: correct the topics of the subscription';
+    elsif level[5] = 'finding' then
+        perform take_finding(level[3], level[4], new.value);
+    elsif level[5] = 'status' and new.value <> '' then
+        perform take_status(level[3], level[4], new.value);
+    end if;
+    return new;
+exception when data_exception or integrity_constraint_violation or program_limit_exceeded then
+    insert into refused (topic, why, payload) values (new.topic, sqlerrm, convert_to(new.value, 'UTF8')) on conflict do nothing;
+    raise warning '%: %: kept in the table refused', new.topic, sqlerrm;
+    return new;
+end $$;
+
+create trigger take instead of insert on message for each row execute function take();
+
+-- What Grafana reads.
+create view newest as
+select distinct on (site, robot) * from finding order by site, robot, found_at desc, sequence desc;
+
+create view history as
+select found_at as time, site, robot, sequence, joint, axis, kind, exp(log_value) as value, exp(log_value - 1.96 * log_std) as low,
+    exp(log_value + 1.96 * log_std) as high, verdict
+from finding join parameter using (site, robot, sequence, sha256);
+
+-- Change of each identified parameter since the first finding of the robot that identified it, per cent with its standard deviation. Two
+-- findings of one daemon share records, so that the deviation is an upper bound.
+create view change as
+select distinct on (site, robot, joint, axis, kind) last.found_at as time, site, robot, joint, axis, kind, first.found_at as since,
+    100 * (exp(last.log_value - first.log_value) - 1) as percent, 100 * sqrt(last.log_std ^ 2 + first.log_std ^ 2) as std
+from (select * from newest join parameter using (site, robot, sequence, sha256)) as last
+join (select * from finding join parameter using (site, robot, sequence, sha256)) as first using (site, robot, joint, axis, kind)
+where first.verdict = 'identified' and last.verdict = 'identified'
+order by site, robot, joint, axis, kind, first.found_at, first.sequence;
+
+-- Who may do what. They are asked for no password where they come by the Unix socket as users of these names.
+do $$
+declare
+    role text;
+begin
+    foreach role in array array['flexid-collect', 'flexid-read'] loop
+        if not exists (select from pg_roles where rolname = role) then
+            execute format('create role %I login', role);
+        end if;
+    end loop;
+end $$;
+grant insert on message, refused to "flexid-collect";
+grant select on gap, migration to "flexid-collect";
+grant select on all tables in schema public to "flexid-read";
