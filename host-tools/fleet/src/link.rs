@@ -2,8 +2,10 @@
 //!
 //! What was not acknowledged when the connection ends is forgotten here: whoever sends has it on disk, and sends it again.
 
+use std::future::ready;
 use std::io::{self, ErrorKind};
 use std::net::SocketAddr;
+use std::pin::Pin;
 use std::sync::Arc;
 use std::thread;
 use std::time::{Duration, Instant};
@@ -11,7 +13,8 @@ use std::time::{Duration, Instant};
 use rumqttc::mqttbytes::QoS;
 use rumqttc::mqttbytes::v5::{ConnectReturnCode, PubAckReason, Publish};
 use rumqttc::{
-    Client, ConnectionError, Event, Incoming, LastWill, MqttOptions, PublishOptions, StateError,
+    AckMode, Client, ConnectionError, Event, Incoming, LastWill, MqttOptions, PersistedAckMode,
+    PersistedSession, PublishOptions, SessionStore, SessionStoreError, SessionStoreKey, StateError,
 };
 
 /// Interval between two attempts to connect: at first, and at most.
@@ -78,9 +81,17 @@ impl Link {
         Self { options, address, tell, client: None, is_up: false, next, pause }
     }
 
-    /// Returns the options, which hold for the next connection.
-    pub fn options(&mut self) -> &mut MqttOptions {
-        &mut self.options
+    /// Has the broker keep the subscriptions, and the messages for them that are not [acknowledged](Self::acknowledge), for ever. Messages
+    /// larger than `largest` bytes it drops.
+    pub fn keep_session(mut self, largest: u32) -> Self {
+        let store = NothingInFlight(self.options.client_id());
+        self.options
+            .set_clean_start(false)
+            .set_session_expiry_interval(Some(u32::MAX))
+            .set_ack_mode(AckMode::Manual)
+            .set_max_packet_size(Some(largest))
+            .set_session_store(store);
+        self
     }
 
     /// Returns whether the broker has accepted the client.
@@ -157,6 +168,38 @@ impl Link {
             // It fails only where the connection has ended.
             let _ = client.try_disconnect();
         }
+    }
+}
+
+/// The client's part of a session that the broker keeps: no message of its own is in flight when it connects. Without one, the library drops
+/// each subscription and each message of quality 1 of a session that the broker kept, and says nothing.
+#[derive(Debug)]
+struct NothingInFlight(String);
+
+type Stored<'a, T> = Pin<Box<dyn Future<Output = Result<T, SessionStoreError>> + Send + 'a>>;
+
+impl SessionStore for NothingInFlight {
+    fn load<'a>(&'a self, _: &'a SessionStoreKey) -> Stored<'a, Option<PersistedSession>> {
+        Box::pin(ready(Ok(Some(PersistedSession {
+            format_version: 1,
+            client_id: self.0.clone(),
+            clean_start: false,
+            session_expiry_interval: Some(u32::MAX),
+            outgoing_inflight_upper_limit: Some(IN_FLIGHT),
+            ack_mode: PersistedAckMode::Manual,
+            last_pkid: 0,
+            last_puback: 0,
+            replay: Vec::new(),
+            incoming_qos2: Vec::new(),
+        }))))
+    }
+
+    fn save<'a>(&'a self, _: &'a SessionStoreKey, _: &'a PersistedSession) -> Stored<'a, ()> {
+        Box::pin(ready(Ok(())))
+    }
+
+    fn clear<'a>(&'a self, _: &'a SessionStoreKey) -> Stored<'a, ()> {
+        Box::pin(ready(Ok(())))
     }
 }
 

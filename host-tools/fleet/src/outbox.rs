@@ -10,6 +10,7 @@
 use std::collections::BTreeMap;
 use std::fs::{self, File, TryLockError};
 use std::io::{self, ErrorKind, Read as _, Write as _};
+use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
 use flexid_pipeline::input::{BadInput, unreadable};
@@ -99,6 +100,16 @@ impl Outbox {
     /// Returns the sequence of the newest finding.
     pub fn newest(&self) -> Option<u64> {
         self.files.last_key_value().map(|(sequence, _)| *sequence)
+    }
+
+    /// Returns the sequence up to which the broker has acknowledged.
+    pub fn sent(&self) -> u64 {
+        self.sent
+    }
+
+    /// Returns the sequences of a range whose findings are there.
+    pub fn within(&self, range: RangeInclusive<u64>) -> impl Iterator<Item = u64> {
+        self.files.range(range).map(|(sequence, _)| *sequence)
     }
 
     /// Returns the sequence of the oldest finding that is not acknowledged.

@@ -86,6 +86,12 @@ impl Edge {
         self.folder.join("publish.log")
     }
 
+    /// The sequence up to which the broker has acknowledged.
+    pub(crate) fn sent(&self) -> u64 {
+        let text = fs::read_to_string(self.folder.join("outbox/sent")).unwrap_or_default();
+        text.trim().parse().unwrap_or(0)
+    }
+
     /// The number of findings in the outbox.
     pub(crate) fn kept(&self) -> usize {
         let Ok(entries) = fs::read_dir(self.folder.join("outbox")) else { return 0 };

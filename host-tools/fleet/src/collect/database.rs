@@ -31,15 +31,6 @@ pub(crate) struct Database {
     warnings: Receiver<String>,
 }
 
-/// A finding that is missing between those that are there.
-#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(crate) struct Gap {
-    pub(crate) site: String,
-    pub(crate) robot: String,
-    pub(crate) outbox: String,
-    pub(crate) missing: i64,
-}
-
 impl Database {
     /// Connects with the words of a connection.
     pub(crate) fn connect(words: &str) -> Result<Self, DatabaseError> {
@@ -81,21 +72,17 @@ impl Database {
         self.warnings.try_iter().collect()
     }
 
-    /// Returns the findings that are missing: of a robot, or of all.
-    pub(crate) fn gaps(&mut self, robot: Option<(&str, &str)>) -> Result<Vec<Gap>, Error> {
-        let (site, robot) = robot.unzip();
-        let select = "select site, robot, box, missing from gap
-            where site = coalesce($1, site) and robot = coalesce($2, robot) order by site, robot, box, missing";
+    /// Returns site and name of each robot of which findings are missing.
+    pub(crate) fn doubtful(&mut self) -> Result<Vec<(String, String)>, Error> {
+        let rows = self.client.query("select distinct site, robot from gap", &[])?;
+        rows.iter().map(|row| Ok((row.try_get(0)?, row.try_get(1)?))).collect()
+    }
+
+    /// Returns the sequences of the findings of a robot that are missing, in order.
+    pub(crate) fn missing(&mut self, site: &str, robot: &str) -> Result<Vec<i64>, Error> {
+        let select = "select missing from gap where site = $1 and robot = $2 order by missing";
         let rows = self.client.query(select, &[&site, &robot])?;
-        let gap = |row: &postgres::Row| {
-            Ok(Gap {
-                site: row.try_get(0)?,
-                robot: row.try_get(1)?,
-                outbox: row.try_get(2)?,
-                missing: row.try_get(3)?,
-            })
-        };
-        rows.iter().map(gap).collect()
+        rows.iter().map(|row| row.try_get(0)).collect()
     }
 }
 

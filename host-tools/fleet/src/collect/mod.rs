@@ -1,29 +1,33 @@
 //! The collector: messages of the plant's broker into PostgreSQL. The broker keeps what is not acknowledged, and a message is acknowledged
 //! once the database has it.
+//!
+//! A broker may lose what it has acknowledged. So robots tell how many findings they have sent, and are asked for those that are missing:
+//! at once, and again and again, since a request may be lost as well.
 
 mod config;
 mod database;
 
-use std::collections::{BTreeSet, VecDeque};
+use std::collections::{BTreeMap, VecDeque};
 use std::io;
 use std::sync::mpsc::{Receiver, channel};
 use std::time::{Duration, Instant};
 
 use flexid_pipeline::stop::Stop;
 use rumqttc::mqttbytes::v5::Publish;
-use rumqttc::{AckMode, BrokerSessionResumePolicy};
 
 use crate::faults::Faults;
 use crate::link::{Link, Quality, Signal};
 use crate::place::Place;
 pub use config::Config;
-use database::{Database, Gap};
+use database::Database;
 pub use database::{DatabaseError, migrate};
 
 /// Longest time until a signal of the system is seen.
 const LOOK: Duration = Duration::from_millis(250);
 /// Interval after which a database that failed is tried again.
 const AGAIN: Duration = Duration::from_secs(5);
+/// Interval after which a robot is asked again for findings: at first, and at most. Each time doubles it.
+const ASK: [Duration; 2] = [Duration::from_secs(10), Duration::from_secs(3600)];
 /// Largest message, bytes. The broker keeps larger ones from this client.
 const LARGEST: u32 = 1 << 20;
 
@@ -37,10 +41,8 @@ pub struct Collector<'a> {
     try_database: Instant,
     /// Messages that are not acknowledged, oldest first.
     todo: VecDeque<Publish>,
-    /// Robots whose findings may have gaps, by site and name.
-    doubtful: BTreeSet<(String, String)>,
-    /// Missing findings that were asked for.
-    asked: BTreeSet<Gap>,
+    /// Robots of which findings may be missing, by site and name: when to look, and how long to wait then.
+    doubtful: BTreeMap<(String, String), (Instant, Duration)>,
     looks_at_all: bool,
 }
 
@@ -50,14 +52,7 @@ impl<'a> Collector<'a> {
         let (sender, events) = channel();
         // A collector that has ended listens no more.
         let tell = move |signal| _ = sender.send(signal);
-        let mut link = Link::new(&config.broker, "flexid-collect", None, tell);
-        link.options()
-            .set_clean_start(false)
-            // The broker keeps the session, and the messages for it, for ever.
-            .set_session_expiry_interval(Some(u32::MAX))
-            .set_broker_session_resume_policy(BrokerSessionResumePolicy::AllowBrokerOnly)
-            .set_ack_mode(AckMode::Manual)
-            .set_max_packet_size(Some(LARGEST));
+        let link = Link::new(&config.broker, "flexid-collect", None, tell).keep_session(LARGEST);
         Self {
             config,
             faults: Faults::new(say),
@@ -66,8 +61,7 @@ impl<'a> Collector<'a> {
             database: None,
             try_database: Instant::now(),
             todo: VecDeque::new(),
-            doubtful: BTreeSet::new(),
-            asked: BTreeSet::new(),
+            doubtful: BTreeMap::new(),
             looks_at_all: true,
         }
     }
@@ -141,57 +135,51 @@ impl<'a> Collector<'a> {
             for warning in database.warnings() {
                 self.faults.say(&warning);
             }
-            self.doubt(&topic);
+            if let ["flexid", "v1", site, robot, _] = topic.split('/').collect::<Vec<_>>()[..] {
+                let robot = (site.to_owned(), robot.to_owned());
+                self.doubtful.entry(robot).or_insert((Instant::now(), ASK[0]));
+            }
             if let Some(message) = self.todo.pop_front() {
                 // Without a connection the message comes again.
                 self.link.acknowledge(&message);
             }
         }
-        if self.link.is_up() && (self.looks_at_all || !self.doubtful.is_empty()) {
+        if self.link.is_up() {
             self.ask(&mut database)?;
         }
         self.database = Some(database);
         Ok(())
     }
 
-    /// Takes note that a robot may have a gap. After a status, it has come back, and is asked again.
-    fn doubt(&mut self, topic: &str) {
-        let levels: Vec<&str> = topic.split('/').collect();
-        if let ["flexid", "v1", site, robot, what] = levels[..] {
-            if what == "status" {
-                self.asked.retain(|gap| (&*gap.site, &*gap.robot) != (site, robot));
-            }
-            self.doubtful.insert((site.to_owned(), robot.to_owned()));
-        }
-    }
-
-    /// Asks robots for the findings that are missing, each once until it comes back.
+    /// Asks robots for the findings that are missing, where it is time.
     fn ask(&mut self, database: &mut Database) -> Result<(), DatabaseError> {
-        let gaps = match std::mem::take(&mut self.looks_at_all) {
-            true => database.gaps(None)?,
-            false => {
-                let robots = self.doubtful.iter();
-                let gaps = robots.map(|(site, robot)| database.gaps(Some((site, robot))));
-                gaps.collect::<Result<Vec<_>, _>>()?.concat()
-            }
-        };
-        self.doubtful.clear();
-        let mut missing: Vec<Gap> =
-            gaps.into_iter().filter(|gap| !self.asked.contains(gap)).collect();
-        missing.sort();
-        let follows =
-            |one: &Gap, next: &Gap| *next == Gap { missing: one.missing + 1, ..one.clone() };
-        for run in missing.chunk_by(follows) {
-            let ([first, ..], [.., last]) = (run, run) else { continue };
-            let Ok(place) = Place::new(&first.site, &first.robot) else { continue };
-            let request = format!("{}-{}", first.missing, last.missing);
-            if self.link.send(&place.topic("resend"), &*request, Quality::Once) {
-                self.faults.say(&format!("{place}: findings {request} are missing, and asked for"));
-                self.asked.extend(run.iter().cloned());
-            } else {
-                self.looks_at_all = true;
-            }
+        let now = Instant::now();
+        if self.looks_at_all {
+            self.doubtful.extend(database.doubtful()?.into_iter().map(|own| (own, (now, ASK[0]))));
+            self.looks_at_all = false;
         }
+        for ((site, robot), (next, pause)) in &mut self.doubtful {
+            let Ok(place) = Place::new(site, robot) else { continue };
+            if *next > now {
+                continue;
+            }
+            let missing = database.missing(site, robot)?;
+            if missing.is_empty() {
+                self.faults.end(&format!("{place}: "));
+                continue;
+            }
+            for run in missing.chunk_by(|one, next| one + 1 == *next) {
+                let ([first, ..], [.., last]) = (run, run) else { continue };
+                let one = first.to_string();
+                let request = if first == last { one } else { format!("{first}-{last}") };
+                if self.link.send(&place.topic("resend"), &*request, Quality::Once) {
+                    let line = format!("{place}: findings {request} are missing, and asked for");
+                    self.faults.begin(line);
+                }
+            }
+            (*next, *pause) = (now + *pause, (2 * *pause).min(ASK[1]));
+        }
+        self.doubtful.retain(|_, (next, _)| *next > now);
         Ok(())
     }
 }

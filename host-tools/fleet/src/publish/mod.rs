@@ -35,10 +35,10 @@ pub use news::{Found, Inlet, News};
 const LOOK: Duration = Duration::from_millis(250);
 /// Interval between two messages of health.
 const HEALTH: Duration = Duration::from_secs(60);
+/// Longest time between two messages of status: they say how many findings there are, so that the last one is missed, too.
+const STATUS: Duration = Duration::from_secs(600);
 /// Interval after which a broker that refused is tried again.
 const AGAIN: Duration = Duration::from_secs(5);
-/// Most findings that a request repeats: as many as an outbox has.
-const REPEATED: u64 = 1000;
 /// Longest time at the end in which the broker may take what is left.
 const LEAVE: Duration = Duration::from_secs(2);
 
@@ -63,7 +63,7 @@ pub struct Publisher<'a> {
     daemon: Option<bool>,
     health: Option<String>,
     health_sent: Option<Instant>,
-    status_due: bool,
+    status_due: Instant,
     flight: Option<Flight>,
     again: BTreeSet<u64>,
     try_broker: Instant,
@@ -84,7 +84,7 @@ impl<'a> Publisher<'a> {
         let boot = fs::read_to_string("/proc/sys/kernel/random/boot_id").ok();
         let boot = boot.map(|own| own.trim().to_owned());
         let (sender, events) = channel();
-        let will = status(false, None, tool, outbox.name(), boot.as_deref());
+        let will = status(false, None, tool, &outbox, boot.as_deref());
         let to_self = sender.clone();
         let link = Link::new(
             &config.broker,
@@ -105,7 +105,7 @@ impl<'a> Publisher<'a> {
             daemon: None,
             health: None,
             health_sent: None,
-            status_due: true,
+            status_due: Instant::now(),
             flight: None,
             again: BTreeSet::new(),
             try_broker: Instant::now(),
@@ -183,7 +183,7 @@ impl<'a> Publisher<'a> {
     fn take_answer(&mut self, answer: Result<(), String>) {
         let is_there = answer.is_ok();
         if self.daemon.replace(is_there) != Some(is_there) {
-            self.status_due = true;
+            self.status_due = Instant::now();
             self.faults.say(&match answer {
                 Ok(()) => format!("{}: the daemon answers", self.config.daemon),
                 Err(reason) => format!("{reason}; goes on trying"),
@@ -199,7 +199,8 @@ impl<'a> Publisher<'a> {
         let place = &self.config.place;
         match signal {
             Signal::Up => {
-                (self.flight, self.status_due, self.try_broker) = (None, true, Instant::now());
+                let now = Instant::now();
+                (self.flight, self.status_due, self.try_broker) = (None, now, now);
                 self.link.subscribe(&place.topic("resend"));
                 self.faults.end("mqtt ");
                 let (address, waiting) = (self.config.broker.address, self.outbox.waiting());
@@ -223,11 +224,7 @@ impl<'a> Publisher<'a> {
                 self.try_broker = Instant::now() + AGAIN;
             }
             Signal::Message(message) => match request::parse(&message.payload) {
-                Ok(range) => {
-                    let newest = self.outbox.newest().unwrap_or(0);
-                    let most = range.start().saturating_add(REPEATED);
-                    self.again.extend(*range.start()..=newest.min(most).min(*range.end()));
-                }
+                Ok(range) => self.again.extend(self.outbox.within(range)),
                 Err(error) => self.faults.say(&format!("{}: {error}", place.topic("resend"))),
             },
         }
@@ -238,10 +235,10 @@ impl<'a> Publisher<'a> {
         if !self.link.is_up() || self.flight.is_some() || Instant::now() < self.try_broker {
             return;
         }
-        if self.status_due {
+        if Instant::now() >= self.status_due {
             let (topic, text) = (self.config.place.topic("status"), self.status(true));
             if self.link.send(&topic, text, Quality::Retained) {
-                (self.flight, self.status_due) = (Some(Flight::Status), false);
+                (self.flight, self.status_due) = (Some(Flight::Status), Instant::now() + STATUS);
             }
             return;
         }
@@ -249,10 +246,6 @@ impl<'a> Publisher<'a> {
             if let Some(text) = self.text(sequence) {
                 return self.fly(text, Quality::Once, Flight::Again);
             }
-            let folder = self.outbox.folder().display();
-            self.faults.say(&format!(
-                "{folder}: finding {sequence} is asked for, and cannot be sent again"
-            ));
         }
         while let Some(sequence) = self.outbox.unsent() {
             match self.text(sequence) {
@@ -269,7 +262,7 @@ impl<'a> Publisher<'a> {
 
     /// Returns the text of a finding. Returns `None` with a line if it cannot be read, or is none: an empty message would remove the
     /// one that the broker retains.
-    fn text(&self, sequence: u64) -> Option<String> {
+    fn text(&mut self, sequence: u64) -> Option<String> {
         match self.outbox.read(sequence) {
             Ok(text) => {
                 let text = text?;
@@ -277,12 +270,12 @@ impl<'a> Publisher<'a> {
                 if !is_own {
                     let folder = self.outbox.folder().display();
                     self.faults
-                        .say(&format!("{folder}: finding {sequence} is damaged: it is not sent"));
+                        .begin(format!("{folder}: finding {sequence} is damaged: it is not sent"));
                 }
                 is_own.then_some(text)
             }
             Err(error) => {
-                self.faults.say(&format!("{error}: it is not sent"));
+                self.faults.begin(format!("{error}: it is not sent"));
                 None
             }
         }
@@ -308,7 +301,7 @@ impl<'a> Publisher<'a> {
     }
 
     fn status(&self, online: bool) -> String {
-        status(online, self.daemon, self.tool, self.outbox.name(), self.boot.as_deref())
+        status(online, self.daemon, self.tool, &self.outbox, self.boot.as_deref())
     }
 }
 
@@ -316,11 +309,13 @@ fn status(
     online: bool,
     daemon: Option<bool>,
     tool: &str,
-    outbox: &str,
+    outbox: &Outbox,
     boot: Option<&str>,
 ) -> String {
     let daemon = daemon == Some(true);
-    let own =
-        json!({ "online": online, "daemon": daemon, "tool": tool, "box": outbox, "boot_id": boot });
+    let own = json!({
+        "online": online, "daemon": daemon, "tool": tool,
+        "box": outbox.name(), "sent": outbox.sent(), "boot_id": boot,
+    });
     own.to_string()
 }

@@ -47,6 +47,9 @@ create table robot (
     daemon boolean,
     tool text,
     told_at timestamptz,
+    -- The outbox, and the sequence up to which it has sent its findings.
+    box text,
+    sent bigint not null default 0,
     -- For people: type, serial number, day of installation.
     type text,
     serial text,
@@ -73,12 +76,18 @@ create table refused (
     primary key (topic, sha256)
 );
 
--- Findings that are missing between those that are there: up to 1000 of a box.
+-- Findings that a box has sent and that are not there: of the newest 1000, which is what an outbox keeps.
 create view gap as
-select site, robot, box, missing from (
-    select site, robot, box, sequence, lag(sequence, 1, 0::bigint) over (partition by site, robot, box order by sequence) as before
-    from finding
-) as steps, generate_series(greatest(before + 1, sequence - 1000), sequence - 1) as missing;
+select site, robot, box, missing from robot, generate_series(greatest(1, sent - 999), sent) as missing
+where not exists (
+    select from finding where (finding.site, finding.robot, finding.box) = (robot.site, robot.robot, robot.box) and sequence = missing);
+
+-- Takes note of the outbox that a robot has, and how far it has come.
+create function take_sent(own_site text, own_robot text, own_box text, own_sent bigint) returns void language sql as $$
+    insert into robot (site, robot, box, sent) values (own_site, own_robot, own_box, coalesce(own_sent, 0))
+    on conflict (site, robot) do update set
+        box = excluded.box, sent = case when robot.box = excluded.box then greatest(robot.sent, excluded.sent) else excluded.sent end
+$$;
 
 create function note(site text, robot text, what text) returns void language plpgsql as $$
 begin
@@ -118,7 +127,7 @@ begin
     if not found then
         return;
     end if;
-    insert into robot (site, robot) values (own.site, own.robot) on conflict do nothing;
+    perform take_sent(own.site, own.robot, own.box, own.sequence);
     if own.schema = 2 then
         insert into parameter select * from parameters(own);
     else
@@ -143,11 +152,10 @@ begin
     end if;
 end $$;
 
-create function take_status(own_site text, own_robot text, text_ text) returns void language sql as $$
-    insert into robot (site, robot, online, daemon, tool, told_at)
-    select own_site, own_robot, (own->>'online')::boolean, (own->>'daemon')::boolean, own->>'tool', now() from (select text_::jsonb as own) as message
-    on conflict (site, robot) do update
-        set online = excluded.online, daemon = excluded.daemon, tool = excluded.tool, told_at = excluded.told_at
+create function take_status(own_site text, own_robot text, own jsonb) returns void language sql as $$
+    select take_sent(own_site, own_robot, own->>'box', (own->>'sent')::bigint);
+    update robot set online = (own->>'online')::boolean, daemon = (own->>'daemon')::boolean, tool = own->>'tool', told_at = now()
+    where site = own_site and robot = own_robot
 $$;
 
 -- Messages of the broker go in here.
@@ -162,7 +170,7 @@ begin
     elsif level[5] = 'finding' then
         perform take_finding(level[3], level[4], new.value);
     elsif level[5] = 'status' and new.value <> '' then
-        perform take_status(level[3], level[4], new.value);
+        perform take_status(level[3], level[4], new.value::jsonb);
     end if;
     return new;
 exception when data_exception or integrity_constraint_violation or program_limit_exceeded then
