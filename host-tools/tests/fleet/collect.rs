@@ -1,122 +1,15 @@
 //! From boxes over bridges with certificates into one table: none is lost, and none is there twice.
 
-use std::fs::{self, File};
-use std::path::Path;
-use std::process::{Command, Stdio};
-
-use serde_json::{Value, json};
+use std::ffi::OsString;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
 
 use super::broker::{Broker, free_port};
 use super::database::Postgres;
 use super::edge::Edge;
+use super::plant::{FLEXID, certificates, collect, plant, prepare, robot};
 use super::{Running, until, until_logged};
-
-const DIST: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/fleet/dist");
-const FLEXID: &str = env!("CARGO_BIN_EXE_flexid");
-
-/// A file as it is shipped, with these replacements.
-fn shipped(name: &str, replacements: &[(&str, &str)]) -> String {
-    let mut text = fs::read_to_string(format!("{DIST}/{name}")).unwrap();
-    for (from, to) in replacements {
-        assert!(text.contains(from), "{name} has no {from}");
-        text = text.replace(from, to);
-    }
-    text
-}
-
-/// An authority, and certificates of the plant and of robots.
-fn certificates(folder: &Path, robots: &[&str]) {
-    let openssl = |arguments: &str| {
-        let mut command = Command::new("openssl");
-        command.args(arguments.split(' ')).current_dir(folder).stderr(Stdio::null());
-        assert!(command.status().expect("apt-get install openssl").success(), "{arguments}");
-    };
-    let key = "-newkey ec -pkeyopt ec_paramgen_curve:prime256v1 -nodes -days 2";
-    openssl(&format!("req -x509 {key} -keyout plant-ca.key -out plant-ca.crt -subj /CN=authority"));
-    for name in robots.iter().chain(&["plant"]) {
-        openssl(&format!(
-            "req -x509 {key} -CA plant-ca.crt -CAkey plant-ca.key -keyout {name}.key -out {name}.crt -subj /CN={name} -addext subjectAltName=DNS:localhost -addext basicConstraints=critical,CA:FALSE"
-        ));
-    }
-}
-
-/// The broker of the plant as it is shipped; its port is that for the collector.
-fn plant(folder: &Path, outer: u16) -> Broker {
-    let passwords = folder.join("passwords");
-    fs::write(&passwords, "").unwrap();
-    let mut command = Command::new("mosquitto_passwd");
-    assert!(
-        command.arg("-b").arg(&passwords).args(["collect", "secret"]).status().unwrap().success()
-    );
-    fs::copy(format!("{DIST}/flexid.acl"), folder.join("flexid.acl")).unwrap();
-    let (inner, place) = (free_port(), folder.display().to_string());
-    let text = shipped(
-        "mosquitto-plant.conf",
-        &[
-            ("listener 8883", &format!("listener {outer}")),
-            ("listener 1883", &format!("listener {inner}")),
-            ("/etc/mosquitto/certs", &place),
-            ("/etc/mosquitto", &place),
-            ("autosave_interval 60", "autosave_interval 1"),
-        ],
-    );
-    Broker::of(
-        &folder.join("plant"),
-        inner,
-        &format!("persistence_location {place}/plant/\n{text}"),
-    )
-}
-
-/// A box and its broker as it is shipped.
-fn robot(folder: &Path, robot: &str, outer: u16) -> (Edge, Broker) {
-    let (port, place) = (free_port(), folder.display().to_string());
-    let text = shipped(
-        "mosquitto-box.conf",
-        &[
-            ("listener 1883", &format!("listener {port}")),
-            ("broker.plant.example:8883", &format!("localhost:{outer}")),
-            ("/etc/mosquitto/certs", &place),
-            ("hall-3/kr210-4711", &format!("hall/{robot}")),
-            ("kr210-4711", robot),
-            ("restart_timeout 5 60", "restart_timeout 1"),
-        ],
-    );
-    let broker = Broker::of(&folder.join(format!("{robot}-broker")), port, &text);
-    (Edge::new(&folder.join(robot), robot, port, ""), broker)
-}
-
-/// Makes the tables, and writes a configuration.
-fn prepare(folder: &Path, postgres: &Postgres, port: u16) {
-    let words = postgres.words("postgres");
-    for says in ["tables: from number 0 to 1\n", "tables: from number 1 to 1\n"] {
-        let output = Command::new(FLEXID).args(["collect", "--migrate", &words]).output().unwrap();
-        assert_eq!(
-            String::from_utf8(output.stdout).unwrap(),
-            says,
-            "{}",
-            String::from_utf8_lossy(&output.stderr)
-        );
-    }
-    fs::write(folder.join("collect.password"), "secret\n").unwrap();
-    let text = shipped(
-        "collect.toml",
-        &[
-            ("127.0.0.1:1883", &format!("127.0.0.1:{port}")),
-            (
-                "host=/run/postgresql user=flexid-collect dbname=flexid",
-                &postgres.words("flexid-collect"),
-            ),
-        ],
-    );
-    fs::write(folder.join("collect.toml"), text).unwrap();
-}
-
-fn collect(folder: &Path) -> Running {
-    let log = File::options().append(true).create(true).open(folder.join("collect.log")).unwrap();
-    let mut command = Command::new(FLEXID);
-    command.args(["collect", "--config", "collect.toml"]).current_dir(folder);
-    Running(command.stdin(Stdio::null()).stderr(log).spawn().unwrap())
-}
 
 #[test]
 fn none_is_lost_and_none_is_there_twice() {
@@ -192,152 +85,115 @@ fn none_is_lost_and_none_is_there_twice() {
     until("both are offline", || (postgres.ask(online) == "0").then_some(()));
 }
 
-/// A finding as a box sends it.
-fn finding(sequence: u64, changes: Value) -> String {
-    let joint = json!({
-        "name": "joint_1",
-        "stiffness": [6e7, 6e7, 6e7, 6e7, 6e7, 6e7], "stiffness_std": [6e5, null, 6e5, 6e5, 6e5, 6e5],
-        "stiffness_verdict": ["identified", "not_observable", "identified", "identified", "identified", "identified"],
-        "damping": [2e4, 2e4, 2e4, 2e4, 2e4, 2e4], "damping_std": [1e2, 1e2, 1e2, 1e2, 1e2, 1e2],
-        "damping_verdict": ["weak", "weak", "weak", "weak", "weak", "weak"],
-    });
-    let mut own = json!({
-        "site": "hall", "robot_id": "r1", "box": "b1", "boot_id": "boot-1", "sequence": sequence, "begun": null,
-        "found_at": format!("2026-11-30T11:{sequence:02}:00.000Z"), "synchronised": true, "model_sha256": "m1", "config_sha256": "c1",
-        "tool": "flexid 0.1.0", "schema": 2, "fit": { "acceptance": "consistent" }, "joints": [joint],
-    });
-    for (key, value) in changes.as_object().unwrap() {
-        own[key] = value.clone();
-    }
-    own.to_string()
+/// The publisher of a box whose outbox is a small disk of its own; and the path to that.
+fn publish_to_disk(edge: &Edge) -> (Running, PathBuf) {
+    fs::create_dir(edge.folder.join("outbox")).unwrap();
+    let run = "mount -t tmpfs -o size=400k none outbox && exec \"$0\" \"$@\"";
+    let unshare = ["--user", "--map-root-user", "--mount", "sh", "-c", run, FLEXID];
+    let publisher = edge.publish_by("unshare", &unshare);
+    let outbox = format!("/proc/{}/root{}/outbox", publisher.0.id(), edge.folder.display());
+    let outbox = PathBuf::from(outbox);
+    until("the outbox", || outbox.join("box").exists().then_some(()));
+    (publisher, outbox)
 }
 
-/// Messages into the view, as the collector and telegraf insert them. Each wrong one is a warning and a row; none is lost.
-#[test]
-fn what_is_wrong_is_kept_and_named() {
+/// The newest sequence in an outbox.
+fn newest(outbox: &Path) -> u64 {
+    let names = fs::read_dir(outbox).into_iter().flatten().map(|own| own.unwrap().file_name());
+    let sequence =
+        |name: OsString| name.to_str()?.strip_suffix(".json")?.split('-').next()?.parse().ok();
+    names.filter_map(sequence).max().unwrap_or(0)
+}
+
+/// Boxes that each find so much, to a plant that is off, without its collector, and killed; the disk of a box is full.
+fn every_finding_arrives(boxes: usize, findings: u64) {
+    let begun = Instant::now();
     let folder = tempfile::tempdir().unwrap();
-    let postgres = Postgres::start_in(folder.path());
-    let words = postgres.words("flexid-collect");
-    let output = Command::new(FLEXID).args(["collect", "--migrate", &words]).output().unwrap();
-    assert_eq!(output.status.code(), Some(1), "no such role yet");
-    prepare(folder.path(), &postgres, 1);
-    let send = |topic: &str, text: &str| {
-        let insert = format!("insert into message (topic, value) values ('{topic}', $x${text}$x$)");
-        let mut command = Command::new("psql");
-        let output = command
-            .args(["-qAtX", "-v", "ON_ERROR_STOP=1", "-c", &insert])
-            .arg(&words)
-            .output()
-            .unwrap();
-        let said = String::from_utf8(output.stderr).unwrap();
-        assert!(output.status.success(), "{said}");
-        said
+    let place = folder.path();
+    let names: Vec<String> = (1..=boxes).map(|number| format!("r{number:03}")).collect();
+    let names: Vec<&str> = names.iter().map(String::as_str).collect();
+    certificates(place, &names);
+    let postgres = Postgres::start_in(place);
+    let outer = free_port();
+    let mut plant = plant(place, outer);
+    prepare(place, &postgres, plant.port);
+    let start = |name: &&str| {
+        let (edge, mut broker) = robot(place, name, outer);
+        broker.start();
+        (edge, broker)
     };
-    let topic = "flexid/v1/hall/r1/finding";
-    let none = json!({});
-    for (sequence, changes, says) in [
-        (1, none.clone(), ""),
-        (1, none.clone(), ""),
-        (2, json!({ "joints": [] }), ""),
-        (3, json!({ "schema": 3 }), "finding 3 has schema 3, this database knows 2"),
-        (4, json!({ "model_sha256": "m2" }), "finding 4 is of another model than 3"),
-        (
-            5,
-            json!({ "model_sha256": "m2", "synchronised": false }),
-            "the clock of the box is not synchronised",
-        ),
-        (
-            5,
-            json!({ "model_sha256": "m2", "boot_id": "boot-2" }),
-            "from the boots boot-1 and boot-2: two boxes have one outbox",
-        ),
-        (
-            1,
-            json!({ "model_sha256": "m2", "box": "b2", "boot_id": "boot-3" }),
-            "box b2 follows box b1",
-        ),
-        (
-            6,
-            json!({ "model_sha256": "m2" }),
-            "the boxes b2 (boot boot-3) and b1 (boot boot-1) both send",
-        ),
-    ] {
-        let said = send(topic, &finding(sequence, changes));
-        assert!(
-            said.contains(says) && said.is_empty() == says.is_empty(),
-            "{sequence}: {said}, not {says}"
-        );
+    let robots: Vec<(Edge, Broker)> = names.iter().map(start).collect();
+    let (publisher, disk) = publish_to_disk(&robots[0].0);
+    let fill = disk.join("fill");
+    let mut outboxes = vec![disk];
+    let mut publishers = vec![publisher];
+    for (edge, _) in &robots[1..] {
+        publishers.push(edge.publish());
+        outboxes.push(edge.folder.join("outbox"));
     }
-    let kept = "select string_agg(box || sequence, ' ' order by received_at) from finding";
-    assert_eq!(postgres.ask(kept), "b11 b12 b13 b14 b15 b15 b21 b16");
-    for (topic, text, says) in [
-        (topic, "no JSON".into(), "invalid input syntax for type json"),
-        (topic, "[".repeat(20_000), "stack depth limit exceeded"),
-        (
-            topic,
-            finding(7, json!({ "robot_id": "r2" })),
-            "is of hall/r2: correct the robot, or the acl_file",
-        ),
-        (topic, finding(7, json!({ "joints": 3 })), "cannot extract elements from a scalar"),
-        (topic, finding(7, json!({ "sequence": "seven" })), "invalid input syntax for type bigint"),
-        (topic, finding(7, json!({ "tool": "a\u{0}b" })), "unsupported Unicode escape sequence"),
-        (topic, finding(7, json!({ "found_at": null })), "null value in column"),
-        ("flexid/v1/hall/+/finding", "{}".into(), "is of no topic flexid/v1/SITE/ROBOT/finding"),
-        ("flexid/v1/hall/r1/status", "online".into(), "invalid input syntax for type json"),
-    ] {
-        for _ in 0..2 {
-            let said = send(topic, &text);
-            assert!(
-                said.contains(says) && said.contains("kept in the table refused"),
-                "{said}, not {says}"
-            );
+
+    let ask = |select: &str| postgres.ask(select).parse::<u64>().unwrap();
+    // However long it takes, while there are more of them.
+    let until_there = |which: &str, all: u64| {
+        let mut there = ask(&format!("select count(*) from finding {which}"));
+        while there < all {
+            let more = || {
+                Some(ask(&format!("select count(*) from finding {which}")))
+                    .filter(|now| *now > there)
+            };
+            there = until("another finding", more);
+        }
+    };
+    let mut collector = Some(collect(place));
+    for number in 1..=findings {
+        let at = |tenth: u64| number == findings * tenth / 10;
+        if at(2) {
+            plant.start();
+        }
+        if at(3) {
+            collector = None;
+        }
+        if at(5) {
+            collector = Some(collect(place));
+            assert!(fs::write(&fill, vec![0; 1 << 20]).is_err(), "the disk is not full");
+        }
+        if at(7) {
+            // What made room there cannot be sent again.
+            until_there("where robot = 'r001'", number - 1);
+            fs::remove_file(&fill).unwrap();
+            plant.kill();
+        }
+        if at(9) {
+            plant.start();
+        }
+        robots.iter().for_each(|(edge, _)| edge.find(number));
+        for outbox in &outboxes {
+            until("kept", || (newest(outbox) == number).then_some(()));
         }
     }
-    assert_eq!(postgres.ask("select count(*) from refused"), "9");
-    assert_eq!(postgres.ask(kept), "b11 b12 b13 b14 b15 b15 b21 b16");
-    // Its role does nothing else.
-    for statement in [
-        "select * from finding",
-        "delete from finding",
-        "update robot set type = 'x'",
-        "drop view message",
-    ] {
-        assert!(postgres.try_ask("flexid-collect", statement).is_err(), "{statement}");
-    }
+    until_there("", boxes as u64 * findings);
+
+    let robots_with_all = format!(
+        "select count(*) from (select from finding group by robot
+         having count(*) = {findings} and min(sequence) = 1 and max(sequence) = {findings} and count(distinct sequence) = {findings}) as own"
+    );
+    assert_eq!(ask(&robots_with_all), boxes as u64);
+    let wrong = "select count(*) from (select (body->'joints'->0->'stiffness'->>0)::float <> sequence as is_other,
+        found_at < lag(found_at) over (partition by robot order by sequence) as is_earlier from finding) as own where is_other or is_earlier";
+    assert_eq!(ask(wrong), 0);
+    assert_eq!(ask("select count(*) from refused") + ask("select count(*) from gap"), 0);
+    assert!(collector.unwrap().terminate());
+    println!("{boxes} boxes with {findings} findings each: {:.0} s", begun.elapsed().as_secs_f64());
 }
 
-/// Each panel of the dashboard asks what the reader's role may, and a change is found.
 #[test]
-fn the_dashboard_shows_a_change() {
-    let folder = tempfile::tempdir().unwrap();
-    let postgres = Postgres::start_in(folder.path());
-    prepare(folder.path(), &postgres, 1);
-    for (sequence, factor) in [(1, 1.0), (2, 0.88)] {
-        let mut own: Value = serde_json::from_str(&finding(sequence, json!({}))).unwrap();
-        own["joints"][0]["stiffness"][4] = json!(factor * 6e7);
-        let insert = format!(
-            "insert into message (topic, value) values ('flexid/v1/hall/r1/finding', $x${own}$x$)"
-        );
-        postgres.try_ask("flexid-collect", &insert).unwrap();
-    }
-    let change = "select robot, joint, axis, round(percent::numeric, 2), round(std::numeric, 2) from change where abs(percent) > 1";
-    // 100 % × √2 × 1 % of the first, of 1/0.88 % of the second.
-    assert_eq!(postgres.ask(change), "r1|joint_1|ry|-12.00|1.51");
-    let dashboard: Value = serde_json::from_str(&shipped("grafana.json", &[])).unwrap();
-    let mut asked = 0;
-    for panel in dashboard["panels"].as_array().unwrap() {
-        for target in panel["targets"].as_array().unwrap() {
-            let query = target["rawSql"].as_str().unwrap();
-            let query = query
-                .replace("$__timeFilter(time)", "time > 'epoch'")
-                .replace("'${robot}'", "'hall/r1'");
-            assert!(!query.contains('$'), "{query}");
-            let rows = postgres.try_ask("flexid-read", &query).unwrap();
-            let is_weak = query.contains("'damping'");
-            let may_be_empty = query.contains(" event ") || query.contains(" refused ");
-            assert!(!rows.is_empty() || may_be_empty || is_weak, "{query}");
-            asked += 1;
-        }
-    }
-    assert!(asked >= 4, "{asked}");
+fn every_finding_of_ten_boxes_arrives() {
+    every_finding_arrives(10, 10);
+}
+
+/// `tests/run --full` has this one.
+#[test]
+#[ignore = "two minutes"]
+fn every_finding_of_a_hundred_boxes_arrives() {
+    every_finding_arrives(100, 50);
 }

@@ -7,8 +7,10 @@ mod edge;
 #[allow(dead_code)] // those of `watch` are more
 #[path = "../watch/news.rs"]
 mod news;
+mod plant;
 mod publish;
 mod refusals;
+mod tables;
 
 use std::path::Path;
 use std::process::Child;
