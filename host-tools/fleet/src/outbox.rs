@@ -7,15 +7,18 @@
 //! | `sent`                             | sequence up to which the broker has acknowledged                              |
 //! | `new`, `lock`                      | a file that is being written; the lock of the publisher                       |
 
+mod name;
+
 use std::collections::BTreeMap;
 use std::fs::{self, File, TryLockError};
-use std::io::{self, ErrorKind, Read as _, Write as _};
+use std::io::{self, Read as _, Write as _};
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
 use flexid_pipeline::input::{BadInput, unreadable};
 
 use crate::moment::Moment;
+use name::named;
 
 /// Most findings in the folder. 25 MB at 25 kB each, of seven joints 60 MB.
 const MOST: usize = 1000;
@@ -205,34 +208,6 @@ fn sequence_of(file: &str) -> Option<u64> {
     let are_digits = sequence.bytes().all(|byte| byte.is_ascii_digit());
     let is_own = sequence.len() == DIGITS && are_digits && time.len() == 16 && time.is_ascii();
     is_own.then(|| sequence.parse().ok()).flatten()
-}
-
-/// Returns the name of the outbox in `folder`, which is drawn if it has none.
-fn named(folder: &Path) -> Result<String, BadInput> {
-    let file = folder.join("box");
-    match fs::read_to_string(&file) {
-        Ok(text) => {
-            let name = text.trim();
-            let is_name = name.len() == 32 && name.bytes().all(|byte| byte.is_ascii_hexdigit());
-            let wrong = || BadInput::new(&file, "is no name of an outbox: remove the file");
-            is_name.then(|| name.to_owned()).ok_or_else(wrong)
-        }
-        Err(error) if error.kind() == ErrorKind::NotFound => {
-            let mut random = [0; 16];
-            let drawn = File::open("/dev/urandom").and_then(|mut own| own.read_exact(&mut random));
-            let name: String = random.iter().map(|byte| format!("{byte:02x}")).collect();
-            let new = folder.join("box.new");
-            let written = drawn.and_then(|()| {
-                let mut open = File::create(&new)?;
-                open.write_all(name.as_bytes())?;
-                open.sync_all()?;
-                fs::rename(&new, &file)
-            });
-            written.map_err(|error| unreadable(&file, &error))?;
-            Ok(name)
-        }
-        Err(error) => Err(unreadable(&file, &error)),
-    }
 }
 
 #[cfg(test)]

@@ -9,6 +9,7 @@
 
 mod config;
 mod intake;
+mod message;
 mod news;
 pub mod request;
 
@@ -19,12 +20,9 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::time::{Duration, Instant};
 
 use flexid_pipeline::stop::Stop;
-use serde_json::json;
 
-use crate::envelope::Known;
 use crate::faults::Faults;
 use crate::link::{Link, Quality, Signal};
-use crate::moment::Moment;
 use crate::outbox::{Outbox, OutboxError};
 pub use config::Config;
 use intake::Intake;
@@ -84,7 +82,7 @@ impl<'a> Publisher<'a> {
         let boot = fs::read_to_string("/proc/sys/kernel/random/boot_id").ok();
         let boot = boot.map(|own| own.trim().to_owned());
         let (sender, events) = channel();
-        let will = status(false, None, tool, &outbox, boot.as_deref());
+        let will = message::status(false, false, tool, &outbox, boot.as_deref());
         let to_self = sender.clone();
         let link = Link::new(
             &config.broker,
@@ -260,62 +258,27 @@ impl<'a> Publisher<'a> {
         self.flight = self.link.send(&topic, text, quality).then_some(flight);
     }
 
-    /// Returns the text of a finding. Returns `None` with a line if it cannot be read, or is none: an empty message would remove the
-    /// one that the broker retains.
     fn text(&mut self, sequence: u64) -> Option<String> {
-        match self.outbox.read(sequence) {
-            Ok(text) => {
-                let text = text?;
-                let is_own = Known::of(&text).is_some_and(|own| own.sequence == sequence);
-                if !is_own {
-                    let folder = self.outbox.folder().display();
-                    self.faults
-                        .begin(format!("{folder}: finding {sequence} is damaged: it is not sent"));
-                }
-                is_own.then_some(text)
-            }
-            Err(error) => {
-                self.faults.begin(format!("{error}: it is not sent"));
-                None
-            }
-        }
+        let text = message::finding(&self.outbox, sequence);
+        text.unwrap_or_else(|line| {
+            self.faults.begin(line);
+            None
+        })
     }
 
     fn send_health(&mut self) {
         if !self.link.is_up() || self.health_sent.is_some_and(|sent| sent.elapsed() < HEALTH) {
             return;
         }
-        let own = json!({
-            "time": Moment::now().to_string(),
-            "daemon": self.daemon == Some(true),
-            "waiting": self.outbox.waiting(),
-        });
-        let own = own.to_string();
-        let text = match self.health.as_deref().and_then(|body| body.strip_prefix('{')) {
-            Some(body) => format!("{},{body}", own.trim_end_matches('}')),
-            None => own,
-        };
+        let (daemon, waiting) = (self.daemon == Some(true), self.outbox.waiting());
+        let text = message::health(daemon, waiting, self.health.as_deref());
         if self.link.send(&self.config.place.topic("health"), text, Quality::Maybe) {
             self.health_sent = Some(Instant::now());
         }
     }
 
     fn status(&self, online: bool) -> String {
-        status(online, self.daemon, self.tool, &self.outbox, self.boot.as_deref())
+        let daemon = self.daemon == Some(true);
+        message::status(online, daemon, self.tool, &self.outbox, self.boot.as_deref())
     }
-}
-
-fn status(
-    online: bool,
-    daemon: Option<bool>,
-    tool: &str,
-    outbox: &Outbox,
-    boot: Option<&str>,
-) -> String {
-    let daemon = daemon == Some(true);
-    let own = json!({
-        "online": online, "daemon": daemon, "tool": tool,
-        "box": outbox.name(), "sent": outbox.sent(), "boot_id": boot,
-    });
-    own.to_string()
 }
