@@ -4,6 +4,7 @@ mod broker;
 mod collect;
 mod database;
 mod edge;
+mod many;
 #[allow(dead_code)] // those of `watch` are more
 #[path = "../watch/news.rs"]
 mod news;

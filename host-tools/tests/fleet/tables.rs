@@ -8,7 +8,7 @@ use super::database::Postgres;
 use super::plant::{FLEXID, prepare, shipped};
 
 /// A finding as a box sends it.
-fn finding(sequence: u64, changes: Value) -> String {
+pub(crate) fn finding(sequence: u64, changes: Value) -> String {
     let joint = json!({
         "name": "joint_1",
         "stiffness": [6e7, 6e7, 6e7, 6e7, 6e7, 6e7], "stiffness_std": [6e5, null, 6e5, 6e5, 6e5, 6e5],
@@ -49,6 +49,7 @@ fn what_is_wrong_is_kept_and_named() {
         said
     };
     let topic = "flexid/v1/hall/r1/finding";
+    let long = format!("flexid/v1/hall/{}/finding", "r".repeat(300));
     let none = json!({});
     for (sequence, changes, says) in [
         (1, none.clone(), ""),
@@ -76,6 +77,10 @@ fn what_is_wrong_is_kept_and_named() {
             json!({ "model_sha256": "m2" }),
             "the boxes b2 (boot boot-3) and b1 (boot boot-1) both send",
         ),
+        (9, json!({ "model_sha256": "m3" }), "finding 9 is of another model than 6"),
+        // What was asked for comes late.
+        (8, json!({ "model_sha256": "m2" }), ""),
+        (10, json!({ "model_sha256": "m3" }), ""),
     ] {
         let said = send(topic, &finding(sequence, changes));
         assert!(
@@ -83,8 +88,9 @@ fn what_is_wrong_is_kept_and_named() {
             "{sequence}: {said}, not {says}"
         );
     }
+    let sequences = "b11 b12 b13 b14 b15 b15 b21 b16 b19 b18 b110";
     let kept = "select string_agg(box || sequence, ' ' order by received_at) from finding";
-    assert_eq!(postgres.ask(kept), "b11 b12 b13 b14 b15 b15 b21 b16");
+    assert_eq!(postgres.ask(kept), sequences);
     for (topic, text, says) in [
         (topic, "no JSON".into(), "invalid input syntax for type json"),
         (topic, "[".repeat(20_000), "stack depth limit exceeded"),
@@ -98,6 +104,12 @@ fn what_is_wrong_is_kept_and_named() {
         (topic, finding(7, json!({ "tool": "a\u{0}b" })), "unsupported Unicode escape sequence"),
         (topic, finding(7, json!({ "found_at": null })), "null value in column"),
         ("flexid/v1/hall/+/finding", "{}".into(), "is of no topic flexid/v1/SITE/ROBOT/finding"),
+        (&long, "{}".into(), "is of no topic flexid/v1/SITE/ROBOT/finding"),
+        (
+            "flexid/v1/hall/r1/status",
+            r#"{"sent":"all"}"#.into(),
+            "invalid input syntax for type bigint",
+        ),
         ("flexid/v1/hall/r1/status", "online".into(), "invalid input syntax for type json"),
     ] {
         for _ in 0..2 {
@@ -108,8 +120,8 @@ fn what_is_wrong_is_kept_and_named() {
             );
         }
     }
-    assert_eq!(postgres.ask("select count(*) from refused"), "9");
-    assert_eq!(postgres.ask(kept), "b11 b12 b13 b14 b15 b15 b21 b16");
+    assert_eq!(postgres.ask("select count(*) from refused"), "11");
+    assert_eq!(postgres.ask(kept), sequences);
     // Its role does nothing else.
     for statement in [
         "select * from finding",
@@ -135,7 +147,7 @@ fn the_dashboard_shows_a_change() {
         );
         postgres.try_ask("flexid-collect", &insert).unwrap();
     }
-    let change = "select robot, joint, axis, round(percent::numeric, 2), round(std::numeric, 2) from change where abs(percent) > 1";
+    let change = "select robot, joint, axis, round(percent::numeric, 2), round(std::numeric, 2) from change('epoch') where abs(percent) > 1";
     // 100 % × √2 × 1 % of the first, of 1/0.88 % of the second.
     assert_eq!(postgres.ask(change), "r1|joint_1|ry|-12.00|1.51");
     let dashboard: Value = serde_json::from_str(&shipped("grafana.json", &[])).unwrap();
@@ -145,6 +157,7 @@ fn the_dashboard_shows_a_change() {
             let query = target["rawSql"].as_str().unwrap();
             let query = query
                 .replace("$__timeFilter(time)", "time > 'epoch'")
+                .replace("$__timeFrom()", "'epoch'")
                 .replace("'${robot}'", "'hall/r1'");
             assert!(!query.contains('$'), "{query}");
             let rows = postgres.try_ask("flexid-read", &query).unwrap();

@@ -18,27 +18,16 @@ create table finding (
     config_sha256 text,
     tool text,
     body jsonb not null,
+    -- Twelve parameters of each joint, first stiffness, then damping, each along and about x, y and z: natural logarithm, standard deviation
+    -- of those that are identified, verdict. In arrays, since a row for each parameter takes ten times the room.
+    joints text[],
+    log_values double precision[],
+    log_stds double precision[],
+    verdicts text[],
     primary key (site, robot, sequence, sha256)
 );
-create index on finding (site, robot, found_at);
+create index finding_by_time on finding (site, robot, found_at, sequence);
 create index on finding (site, robot, received_at);
-
--- The twelve parameters of each joint: natural logarithm, and its standard deviation.
-create table parameter (
-    site text not null,
-    robot text not null,
-    sequence bigint not null,
-    sha256 text not null,
-    joint text not null,
-    axis text not null,
-    kind text not null,
-    log_value double precision not null,
-    -- Null for a parameter that the cuts do not show.
-    log_std double precision,
-    verdict text not null,
-    primary key (site, robot, sequence, sha256, joint, axis, kind),
-    foreign key (site, robot, sequence, sha256) references finding
-);
 
 create table robot (
     site text not null,
@@ -95,17 +84,18 @@ begin
     raise warning '%/%: %', site, robot, what;
 end $$;
 
--- The parameters of a finding. A stiffness that is not positive has no logarithm, and no row.
-create function parameters(own finding) returns setof parameter language sql as $$
-    select own.site, own.robot, own.sequence, own.sha256, joint->>'name', axis, kind, ln(estimate), std / estimate, verdict
-    from jsonb_array_elements(own.body->'joints') as joints(joint),
-        unnest(array['stiffness', 'damping']) as kinds(kind),
-        unnest(array['tx', 'ty', 'tz', 'rx', 'ry', 'rz']) with ordinality as axes(axis, number),
+create function parameters(body jsonb, out joints text[], out log_values double precision[], out log_stds double precision[], out verdicts text[])
+immutable language sql as $$
+    select (select array_agg(joint->>'name' order by place) from jsonb_array_elements(body->'joints') with ordinality as joints(joint, place)),
+        array_agg(case when estimate > 0 then ln(estimate) end order by place, kind desc, axis),
+        array_agg(case when estimate > 0 and verdict = 'identified' then std / estimate end order by place, kind desc, axis),
+        array_agg(verdict order by place, kind desc, axis)
+    from jsonb_array_elements(body->'joints') with ordinality as joints(joint, place), unnest(array['stiffness', 'damping']) as kinds(kind),
+        generate_series(0, 5) as axes(axis),
         lateral (select
-            (joint->kind->>(number::int - 1))::double precision as estimate,
-            (joint->(kind || '_std')->>(number::int - 1))::double precision as std,
-            joint->(kind || '_verdict')->>(number::int - 1) as verdict) as entries
-    where estimate > 0
+            (joint->kind->>axis)::double precision as estimate,
+            (joint->(kind || '_std')->>axis)::double precision as std,
+            joint->(kind || '_verdict')->>axis as verdict) as entries
 $$;
 
 -- Keeps a finding, and notes what somebody should look at.
@@ -114,6 +104,7 @@ declare
     body jsonb := text_::jsonb;
     own finding;
     before finding;
+    older finding;
     other text;
 begin
     if body->>'site' is distinct from own_site or body->>'robot_id' is distinct from own_robot then
@@ -121,30 +112,34 @@ begin
     end if;
     own := (own_site, own_robot, (body->>'sequence')::bigint, encode(sha256(convert_to(text_, 'UTF8')), 'hex'), body->>'box', body->>'boot_id',
         (body->>'found_at')::timestamptz, (body->>'begun')::timestamptz, (body->>'synchronised')::boolean, now(), (body->>'schema')::integer,
-        body->'fit'->>'acceptance', body->>'model_sha256', body->>'config_sha256', body->>'tool', body)::finding;
+        body->'fit'->>'acceptance', body->>'model_sha256', body->>'config_sha256', body->>'tool', body, null, null, null, null)::finding;
+    if own.schema = 2 then
+        select * into own.joints, own.log_values, own.log_stds, own.verdicts from parameters(body);
+    end if;
     select * into before from finding where site = own.site and robot = own.robot order by received_at desc, sequence desc limit 1;
     insert into finding select own.* on conflict do nothing;
     if not found then
         return;
     end if;
     perform take_sent(own.site, own.robot, own.box, own.sequence);
-    if own.schema = 2 then
-        insert into parameter select * from parameters(own);
-    else
+    if own.schema <> 2 then
         perform note(own.site, own.robot, format('finding %s has schema %s, this database knows 2: its parameters are not taken; install the newer flexid collect', own.sequence, own.schema));
     end if;
     if own.synchronised is false then
         perform note(own.site, own.robot, format('finding %s: the clock of the box is not synchronised: set up chrony there', own.sequence));
     end if;
-    if before.model_sha256 <> own.model_sha256 then
-        perform note(own.site, own.robot, format('finding %s is of another model than %s', own.sequence, before.sequence));
+    -- What was asked for again comes after newer ones.
+    select * into older from finding where site = own.site and robot = own.robot and box = own.box and sequence < own.sequence
+        order by sequence desc limit 1;
+    if older.model_sha256 <> own.model_sha256 then
+        perform note(own.site, own.robot, format('finding %s is of another model than %s', own.sequence, older.sequence));
     end if;
     select boot_id into other from finding
         where site = own.site and robot = own.robot and box = own.box and sequence = own.sequence and sha256 <> own.sha256 limit 1;
     if found then
         perform note(own.site, own.robot, format('finding %s came twice with other contents, from the boots %s and %s: two boxes have one outbox: remove the file box of one', own.sequence, other, own.boot_id));
     elsif before.box <> own.box then
-        if exists (select from finding where site = own.site and robot = own.robot and box = own.box and sequence < own.sequence) then
+        if older.sequence is not null then
             perform note(own.site, own.robot, format('the boxes %s (boot %s) and %s (boot %s) both send: give one robot another name', before.box, before.boot_id, own.box, own.boot_id));
         else
             perform note(own.site, own.robot, format('box %s follows box %s', own.box, before.box));
@@ -183,22 +178,42 @@ create trigger take instead of insert on message for each row execute function t
 
 -- What Grafana reads.
 create view newest as
-select distinct on (site, robot) * from finding order by site, robot, found_at desc, sequence desc;
+select own.* from robot cross join lateral (
+    select * from finding where (finding.site, finding.robot) = (robot.site, robot.robot) order by found_at desc, sequence desc limit 1) as own;
+
+-- A row for each parameter. A value that is not positive has no logarithm, and no row.
+create function axis(number bigint) returns text immutable language sql
+    return (array['tx', 'ty', 'tz', 'rx', 'ry', 'rz'])[(number - 1) % 6 + 1];
+create function kind(number bigint) returns text immutable language sql
+    return (array['stiffness', 'damping'])[(number - 1) / 6 % 2 + 1];
+create view parameter as
+select site, robot, sequence, sha256, found_at, joints[(number - 1) / 12 + 1] as joint, axis(number), kind(number), log_value, log_std, verdict
+from finding, unnest(log_values, log_stds, verdicts) with ordinality as entries(log_value, log_std, verdict, number)
+where log_value is not null;
 
 create view history as
 select found_at as time, site, robot, sequence, joint, axis, kind, exp(log_value) as value, exp(log_value - 1.96 * log_std) as low,
     exp(log_value + 1.96 * log_std) as high, verdict
-from finding join parameter using (site, robot, sequence, sha256);
+from parameter;
 
--- Change of each identified parameter since the first finding of the robot that identified it, per cent with its standard deviation. Two
--- findings of one daemon share records, so that the deviation is an upper bound.
-create view change as
-select distinct on (site, robot, joint, axis, kind) last.found_at as time, site, robot, joint, axis, kind, first.found_at as since,
-    100 * (exp(last.log_value - first.log_value) - 1) as percent, 100 * sqrt(last.log_std ^ 2 + first.log_std ^ 2) as std
-from (select * from newest join parameter using (site, robot, sequence, sha256)) as last
-join (select * from finding join parameter using (site, robot, sequence, sha256)) as first using (site, robot, joint, axis, kind)
-where first.verdict = 'identified' and last.verdict = 'identified'
-order by site, robot, joint, axis, kind, first.found_at, first.sequence;
+-- Change of each parameter from the first finding of its robot at or after an instant to the newest, where both identified it: per cent, with
+-- its standard deviation. Two findings of one daemon share records, so that the deviation is an upper bound.
+create function change(start timestamptz)
+returns table (site text, robot text, joint text, axis text, kind text, since timestamptz, percent double precision, std double precision)
+stable language sql begin atomic
+    select site, robot, joints[(number - 1) / 12 + 1], axis(number), kind(number), since,
+        100 * (exp(new_value - old_value) - 1), 100 * sqrt(new_std * new_std + old_std * old_std)
+    from (
+        select robot.site, robot.robot, newest.joints, oldest.found_at as since, unnest(oldest.log_values) as old_value, unnest(oldest.log_stds) as old_std,
+            unnest(newest.log_values) as new_value, unnest(newest.log_stds) as new_std, generate_series(1::bigint, cardinality(newest.log_values)) as number
+        from robot
+        cross join lateral (select * from finding where (finding.site, finding.robot) = (robot.site, robot.robot) and found_at >= start
+            order by found_at, sequence limit 1) as oldest
+        cross join lateral (select * from finding where (finding.site, finding.robot) = (robot.site, robot.robot)
+            order by found_at desc, sequence desc limit 1) as newest
+        where oldest.joints = newest.joints and oldest.found_at < newest.found_at) as entries
+    where old_std + new_std is not null;
+end;
 
 -- Who may do what. They are asked for no password where they come by the Unix socket as users of these names.
 do $$
