@@ -83,8 +83,8 @@ pub(crate) fn robot(folder: &Path, robot: &str, outer: u16) -> (Edge, Broker) {
     (Edge::new(&folder.join(robot), robot, port, ""), broker)
 }
 
-/// Makes the tables, and writes a configuration.
-pub(crate) fn prepare(folder: &Path, postgres: &Postgres, port: u16) {
+/// Makes the tables, which a second time changes nothing.
+pub(crate) fn migrate(postgres: &Postgres) {
     let words = postgres.words("postgres");
     for says in ["tables: from number 0 to 1\n", "tables: from number 1 to 1\n"] {
         let output = Command::new(FLEXID).args(["collect", "--migrate", &words]).output().unwrap();
@@ -95,6 +95,11 @@ pub(crate) fn prepare(folder: &Path, postgres: &Postgres, port: u16) {
             String::from_utf8_lossy(&output.stderr)
         );
     }
+}
+
+/// Makes the tables, and writes a configuration.
+pub(crate) fn prepare(folder: &Path, postgres: &Postgres, port: u16) {
+    migrate(postgres);
     fs::write(folder.join("collect.password"), "secret\n").unwrap();
     let text = shipped(
         "collect.toml",

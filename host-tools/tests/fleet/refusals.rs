@@ -1,11 +1,16 @@
-//! What a broker refuses stays in the outbox, and one line names the mend.
+//! What a broker refuses stays in the outbox, what a database refuses at the broker, and one line names the mend.
 
 use std::fs;
 use std::path::Path;
 use std::process::Command;
 
+use serde_json::json;
+
 use super::broker::{Broker, sequences};
+use super::database::Postgres;
 use super::edge::Edge;
+use super::plant::{collect, migrate};
+use super::tables::finding;
 use super::{until, until_logged};
 
 /// Two users with their passwords.
@@ -57,6 +62,48 @@ fn wrong_passwords_and_topics_that_are_not_allowed_lose_nothing() {
     let reload = format!("kill -HUP {}", broker.id());
     assert!(Command::new("sh").args(["-c", &reload]).status().unwrap().success());
     until("the finding", || sequences(&heard).contains(&1).then_some(()));
+}
+
+#[test]
+fn a_database_that_refuses_loses_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    let place = folder.path();
+    let postgres = Postgres::start_in(place);
+    postgres.ask("create role \"flexid-collect\" login");
+    let mut broker = Broker::new(&place.join("broker"), "allow_anonymous true");
+    broker.start();
+    let config = format!(
+        "database = \"{}\"\n[broker]\naddress = \"127.0.0.1:{}\"\n",
+        postgres.words("flexid-collect"),
+        broker.port
+    );
+    fs::write(place.join("collect.toml"), config).unwrap();
+    let log = place.join("collect.log");
+    let collector = collect(place);
+    until_logged(
+        &log,
+        "the tables are of number 0, this flexid needs 1: run `flexid collect --migrate`",
+    );
+    until_logged(&log, "connected");
+    let topic = "flexid/v1/hall/r1/finding";
+    broker.publish(topic, &finding(1, json!({})));
+    migrate(&postgres);
+    let there = |number: &str| {
+        let count = || (postgres.ask("select count(*) from finding") == number).then_some(());
+        until("findings", count);
+    };
+    there("1");
+    postgres.ask("revoke insert on message from \"flexid-collect\"");
+    broker.publish(topic, &finding(2, json!({})));
+    until_logged(
+        &log,
+        "permission denied for view message: run `flexid collect --migrate` as the tables' owner; messages wait at the broker",
+    );
+    // They outlive the collector.
+    drop(collector);
+    postgres.ask("grant insert on message to \"flexid-collect\"");
+    let _collector = collect(place);
+    there("2");
 }
 
 #[test]
