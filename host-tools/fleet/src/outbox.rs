@@ -90,6 +90,12 @@ impl Outbox {
         Ok(Self { folder: folder.to_owned(), name, files, sent, most: MOST, _lock: lock })
     }
 
+    /// Has it keep no more findings than that.
+    #[cfg(test)]
+    pub(crate) fn limit(&mut self, most: usize) {
+        self.most = most;
+    }
+
     /// Returns the name of the outbox.
     pub fn name(&self) -> &str {
         &self.name
@@ -255,7 +261,7 @@ mod tests {
     fn a_full_outbox_keeps_the_newest_and_one_of_each_old_day() {
         let folder = folder();
         let mut outbox = Outbox::open(folder.path()).unwrap();
-        outbox.most = 4;
+        outbox.limit(4);
         let now = Moment::now();
         // Three on each of four days.
         for finding in 0..12 {
@@ -266,6 +272,7 @@ mod tests {
         outbox.acknowledge(3);
         assert_eq!(outbox.make_room(), Some(Thinned { sequence: 3, was_sent: true }));
         assert_eq!(outbox.make_room(), None, "what is not sent makes no room");
+        assert_eq!(outbox.within(4..=9).collect::<Vec<_>>(), [6, 9]);
         outbox.acknowledge(12);
         while outbox.make_room().is_some() {}
         assert_eq!(sequences(&outbox), [12]);

@@ -137,3 +137,31 @@ impl<'a> Intake<'a> {
 fn is_full(error: &io::Error) -> bool {
     matches!(error.kind(), ErrorKind::StorageFull | ErrorKind::QuotaExceeded)
 }
+
+#[cfg(test)]
+mod tests {
+    use std::cell::RefCell;
+
+    use super::*;
+    use crate::envelope::Origin;
+
+    #[test]
+    fn a_full_outbox_names_what_makes_room_and_keeps_the_newest() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut outbox = Outbox::open(folder.path()).unwrap();
+        outbox.limit(2);
+        let place = Place::new("hall", "r1").unwrap();
+        let mut intake = Intake::new(&place, Duration::ZERO, None, &outbox);
+        let lines = RefCell::new(Vec::new());
+        let say = |line: &str| lines.borrow_mut().push(line.to_owned());
+        let mut faults = Faults::new(&say);
+        for number in 1..=4 {
+            let body = format!("{{\"joints\":[{number}]}}");
+            intake.take(Found { body, record_age_s: None, origin: Origin::default() });
+            intake.store(&mut outbox, &mut faults);
+        }
+        assert_eq!((outbox.waiting(), outbox.newest()), (2, Some(4)));
+        let says = |line: &String| line.ends_with("was never sent: mend the way to the broker");
+        assert!(lines.borrow().len() == 2 && lines.borrow().iter().all(says), "{lines:?}");
+    }
+}
