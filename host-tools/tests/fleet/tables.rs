@@ -1,5 +1,6 @@
 //! Messages into the tables, and what the tables say.
 
+use std::fs;
 use std::process::Command;
 
 use serde_json::{Value, json};
@@ -139,14 +140,16 @@ fn the_dashboard_shows_a_change() {
     let folder = tempfile::tempdir().unwrap();
     let postgres = Postgres::start_in(folder.path());
     prepare(folder.path(), &postgres, 1);
-    for (sequence, factor) in [(1, 1.0), (2, 0.88)] {
+    let file = folder.path().join("messages");
+    let message = |(sequence, factor): (u64, f64)| {
         let mut own: Value = serde_json::from_str(&finding(sequence, json!({}))).unwrap();
         own["joints"][0]["stiffness"][4] = json!(factor * 6e7);
-        let insert = format!(
-            "insert into message (topic, value) values ('flexid/v1/hall/r1/finding', $x${own}$x$)"
-        );
-        postgres.try_ask("flexid-collect", &insert).unwrap();
-    }
+        format!("2026-11-30T12:00:00Z\tflexid/v1/hall/r1/finding\t{own}\n")
+    };
+    fs::write(&file, [(1, 1.0), (2, 0.88)].map(message).concat()).unwrap();
+    // As telegraf writes them.
+    let copy = format!("\\copy message (time, topic, value) from '{}'", file.display());
+    postgres.try_ask("flexid-collect", &copy).unwrap();
     let change = "select robot, joint, axis, round(percent::numeric, 2), round(std::numeric, 2) from change('epoch') where abs(percent) > 1";
     // 100 % × √2 × 1 % of the first, of 1/0.88 % of the second.
     assert_eq!(postgres.ask(change), "r1|joint_1|ry|-12.00|1.51");

@@ -28,6 +28,7 @@ create table finding (
 );
 create index finding_by_time on finding (site, robot, found_at, sequence);
 create index on finding (site, robot, received_at);
+create index on finding (site, robot, box, sequence);
 
 create table robot (
     site text not null,
