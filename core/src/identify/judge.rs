@@ -146,7 +146,7 @@ impl<R: Rng> Identifier<R> {
         match plant {
             Some(plant) if may_be_corrected => {
                 self.stand_at(&best, experiments);
-                self.refinement.restart_plant(plant, experiments.len());
+                self.refinement.restart_plant_to(plant, experiments);
                 self.purpose = Purpose::Plant { found: best, from: FitStart::Best };
                 self.phase = Phase::Refining;
             }

@@ -71,7 +71,7 @@ impl<R> Identifier<R> {
         refinement.follow_retired(plant);
         refinement.restart_at(&settled.coordinates);
         if !is_fitted {
-            refinement.restart_plant(plant, experiments.len());
+            refinement.restart_plant_to(plant, experiments);
         }
         let mut prolongations = 0;
         let ended = loop {

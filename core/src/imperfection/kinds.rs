@@ -102,6 +102,8 @@ pub enum Imperfection {
     Dispersion,
     /// e of the same, s⁴: the low-pass makes the reading smaller.
     RollOff,
+    /// Delay of the joint angles after the force, s: the true angles are those reported and this times their rates.
+    JointDelay,
 }
 
 /// Place of an imperfection among those of its kind.
@@ -188,6 +190,7 @@ enum Kind {
     DelayDrift,
     Dispersion,
     RollOff,
+    JointDelay,
 }
 
 /// Facts of a kind of imperfections.
@@ -220,7 +223,7 @@ pub struct Facts {
 }
 
 /// Number of kinds of imperfections.
-pub(crate) const KINDS: usize = Kind::RollOff as usize + 1;
+pub(crate) const KINDS: usize = Kind::JointDelay as usize + 1;
 
 /// All kinds, in the order of their numbers.
 #[rustfmt::skip]
@@ -258,6 +261,7 @@ pub const FACTS: &[Facts; KINDS] = &[
     row(Kind::DelayDrift, 1, Group::Reading, "delay_drift", "s/s", "drift of delay"),
     row(Kind::Dispersion, 1, Group::Reading, "delay_s", "s^3", "low-pass beside its delay: phase").stated(Stated::WithAnother),
     row(Kind::RollOff, 1, Group::Reading, "delay_s", "s^4", "low-pass beside its delay: magnitude").stated(Stated::WithAnother),
+    row(Kind::JointDelay, 1, Group::Reading, "joint_delay_s", "s", "delay of the joint angles").of_model(),
 ];
 
 // Each row stands at the number of its kind.
@@ -371,6 +375,7 @@ impl Imperfection {
             Self::DelayDrift => (Kind::DelayDrift, Place::Only),
             Self::Dispersion => (Kind::Dispersion, Place::Only),
             Self::RollOff => (Kind::RollOff, Place::Only),
+            Self::JointDelay => (Kind::JointDelay, Place::Only),
         }
     }
 
@@ -434,6 +439,7 @@ pub fn possible(joints: &[JointKind], records: usize) -> impl Iterator<Item = Im
         let of_drive = of_drive.into_iter().flatten();
         core::iter::once(I::Mass(link)).chain(of_spread).chain(of_drive).chain(of_axes)
     });
+    let is_driven = joints.iter().any(|kind| *kind != JointKind::Fixed);
     // A fixed first joint is the ground's own.
     let is_on_ground = joints.first() != Some(&JointKind::Fixed);
     let of_ground = (0..if is_on_ground { DOF } else { 0 })
@@ -447,6 +453,7 @@ pub fn possible(joints: &[JointKind], records: usize) -> impl Iterator<Item = Im
         .chain(of_sensors)
         .chain(of_tool)
         .chain(of_links)
+        .chain(is_driven.then_some(I::JointDelay))
         .chain([I::Hysteresis, I::Load])
         .chain(is_on_ground.then_some(I::BaseMass))
         .chain(of_records)

@@ -250,6 +250,11 @@ impl<const B: usize> Experiment<B> {
         self.kind == Kind::Record
     }
 
+    /// Returns whether the robot feeds.
+    pub(crate) fn feeds(&self) -> bool {
+        self.rates.iter().flatten().any(|rate| *rate != 0.0)
+    }
+
     /// Returns whether the record has one part, with all of its samples.
     pub(crate) fn is_whole(&self) -> bool {
         self.divided == 1

@@ -68,6 +68,8 @@ pub enum Accuracy {
     HoseNsPerM,
     /// Growth of the delay over a record.
     DelayDrift,
+    /// Delay of the joint angles.
+    JointDelayS,
 }
 
 /// Facts of an entry.
@@ -193,6 +195,10 @@ impl Accuracy {
                 "delay_drift",
                 "let one clock sample both sensors, or synchronise their clocks",
             ),
+            Self::JointDelayS => error(
+                "joint_delay_s",
+                "give the angles the time of their measurement, or feed more slowly",
+            ),
         }
     }
 }
@@ -205,7 +211,7 @@ mod tests {
     fn entries_have_the_names_of_their_keys() {
         for number in 0..u8::MAX {
             let Ok(entry) = postcard::from_bytes::<Accuracy>(&[number]) else {
-                assert_eq!(number, 30);
+                assert_eq!(number, 31);
                 break;
             };
             assert_eq!(serde_json::to_value(entry).unwrap(), entry.key());

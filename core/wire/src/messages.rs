@@ -21,7 +21,7 @@ use crate::text::{Name, Text, clipped};
 use crate::trouble::BusFault;
 
 /// Version of the messages. Both sides must have the same version.
-pub const PROTOCOL_VERSION: u16 = 14;
+pub const PROTOCOL_VERSION: u16 = 15;
 
 /// Hash of the names and types of all messages. It distinguishes programs that were built between two versions.
 pub const SCHEMA_KEY: [u8; 8] = Key::for_path::<(ToEdge, FromEdge)>("flexid").to_bytes();
@@ -257,7 +257,7 @@ mod tests {
         let client = Hello { protocol_version: 2, ..Hello::new("flexid 0.2.0") };
         assert_eq!(
             client.refusal().unwrap().reason,
-            "client speaks flexid protocol 2, this daemon speaks 14: install matching versions"
+            "client speaks flexid protocol 2, this daemon speaks 15: install matching versions"
         );
     }
 
@@ -265,7 +265,7 @@ mod tests {
     fn a_client_built_between_two_versions_gets_the_whole_reason() {
         let client = Hello { schema_key: [0xAB; 8], ..Hello::new("flexid 0.1.0") };
         let reason = client.refusal().unwrap().reason;
-        assert!(reason.starts_with("client has schema abababababababab of flexid protocol 14"));
+        assert!(reason.starts_with("client has schema abababababababab of flexid protocol 15"));
         assert!(reason.ends_with("install matching versions"), "{reason}");
     }
 }

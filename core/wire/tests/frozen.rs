@@ -25,7 +25,7 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 /// The schema key of each protocol version; the last is the present one.
-const SCHEMA_KEYS: [(u16, [u8; 8]); 14] = [
+const SCHEMA_KEYS: [(u16, [u8; 8]); 15] = [
     (1, [27, 84, 154, 181, 40, 115, 78, 33]),
     (2, [228, 103, 188, 121, 18, 38, 118, 136]),
     (3, [199, 205, 85, 206, 40, 25, 67, 64]),
@@ -40,6 +40,7 @@ const SCHEMA_KEYS: [(u16, [u8; 8]); 14] = [
     (12, [120, 86, 121, 169, 189, 234, 115, 213]),
     (13, [72, 196, 183, 192, 63, 121, 25, 235]),
     (14, [212, 64, 106, 33, 110, 13, 55, 84]),
+    (15, [186, 249, 66, 249, 69, 152, 2, 107]),
 ];
 
 /// `message` is exactly these bytes, and these bytes are exactly `message`.

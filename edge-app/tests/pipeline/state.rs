@@ -267,15 +267,17 @@ fn the_previous_format_is_read() {
         let state = store::decode(include_bytes!("format8.state")).unwrap();
         let now = store::decode(include_bytes!("format9.state")).unwrap();
         assert_eq!(state, now);
+        // Both have fit 4.
+        assert_eq!((now.records(), now.lacks_fit()), ([4, 0], true));
     });
 }
 
-/// The file of a daemon that wrote format 9 and fit 4.
+/// The file of a daemon that wrote format 9 and fit 5.
 #[test]
 fn the_fit_of_this_version_stays() {
     on_a_large_stack(|| {
         let config = super::config();
-        let bytes = include_bytes!("format9.state");
+        let bytes = include_bytes!("fit5.state");
         let state = store::decode(bytes).unwrap();
         assert_eq!((state.records(), state.retired(), state.lacks_fit()), ([4, 0], 4, false));
         assert_eq!(state.validity(&config), Validity::Whole);
@@ -302,7 +304,7 @@ fn this_version_makes_the_frozen_state() {
         let decoded = store::decode(&bytes).unwrap();
         assert!(!decoded.lacks_fit());
         assert_eq!(store::encode(&decoded).unwrap(), bytes);
-        fs::write(concat!(env!("CARGO_TARGET_TMPDIR"), "/format9.state"), bytes).unwrap();
+        fs::write(concat!(env!("CARGO_TARGET_TMPDIR"), "/fit5.state"), bytes).unwrap();
     });
 }
 
@@ -314,12 +316,12 @@ fn records_outlive_the_format_of_the_fit() {
         let records = records(&config, visits(&config, &POSES));
         let state = solver(&config, &records[..2]).state(&Counts::default(), &[]);
         let bytes = store::encode(&state).unwrap();
-        // Behind the header: the checksums of the config, and three counts of 0; then the fit is there, of version 4, behind its length.
+        // Behind the header: the checksums of the config, and three counts of 0; then the fit is there, of version 5, behind its length.
         let header = 20;
         let (_, rest) =
             postcard::take_from_bytes::<([u32; 11], [u64; 3])>(&bytes[header..]).unwrap();
         let version = bytes.len() - rest.len() + 1;
-        assert_eq!(bytes[version - 1..=version], [1, 4]);
+        assert_eq!(bytes[version - 1..=version], [1, 5]);
         let changed = |change: fn(&mut [u8])| {
             let mut bytes = bytes.clone();
             change(&mut bytes[version..]);

@@ -157,8 +157,11 @@ impl Simulator {
             quality.noise = 0.0;
         }
         let response = self.respond(&experiment.name, &cut, spindle, tell)?;
-        let feed = self.plant.as_ref().map_or(&[][..], |plant| &plant.robot.feed_rad_per_s);
+        let robot = self.plant.as_ref().map(|plant| &plant.robot);
+        let feed = robot.map_or(&[][..], |robot| &robot.feed_rad_per_s);
+        let late_s = robot.map_or(0.0, |robot| robot.joint_delay_s);
         let pose = |seconds: f64| {
+            let seconds = (seconds - late_s).max(0.0);
             let rates = feed.iter().chain(std::iter::repeat(&0.0));
             cut.angles(seconds)
                 .iter()

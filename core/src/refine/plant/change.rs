@@ -23,7 +23,7 @@ pub(in crate::refine) struct Change {
     /// Derivative of the inertia of a link: the number of its joint, and rows.
     pub(super) inertia: Option<(usize, [[f64; DOF]; DOF])>,
     /// Derivatives of the transformations X from a link to the next: the number of the joint between them, and blocks.
-    pub(super) from_parent: Vec<(usize, FromParentChange), 2>,
+    pub(super) from_parent: Vec<(usize, FromParentChange), MAX_JOINTS>,
     /// Derivative of the loads on the last link.
     pub(super) tip: Option<Tip>,
     /// Derivatives of the stiffnesses of the bushings.
@@ -55,7 +55,7 @@ impl Change {
         Self { inertia: None, from_parent: Vec::new(), tip: None, stiffness: None };
 
     /// Difference of two models, which an imperfection differs in by `step`. An imperfection changes the inertia of one link and the
-    /// transformations at its two ends at most.
+    /// transformations at its two ends at most, or all of them: a delay of the joint angles.
     pub(super) fn between(
         [from, to]: [&LinearChain; 2],
         [from_terms, to_terms]: [&Terms<f64>; 2],
@@ -70,7 +70,7 @@ impl Change {
             }
             if from.from_parent != to.from_parent {
                 let rate = FromParentChange::between(&from.from_parent, &to.from_parent, step);
-                // There is room for both.
+                // There is room for all of them.
                 let _ = change.from_parent.push((joint, rate));
             }
         }

@@ -28,7 +28,7 @@ fn compare_with_the_sum_of_parts() {
     let mut refinement = Box::new(Refinement::new(&sought, &bushings()));
     let mut plant = Box::new(Plant::new(&accuracies, &chain));
     let mut evaluate = |experiments: &[Experiment<BINS>]| {
-        refinement.restart_plant(&mut plant, experiments.len());
+        refinement.restart_plant(&mut plant, experiments.len(), false);
         let count = plant.imperfections.all.len();
         plant.point.imperfections[..count].fill(0.3);
         let (_, mut objective, _, point) =
@@ -45,6 +45,22 @@ fn compare_with_the_sum_of_parts() {
     let apart = apart(&normal, &of_parts);
     assert!(apart < 1e-9, "{apart}");
     assert!(evaluate(&alone[..1]).0 < 0.5 * cost, "a part is less than the whole");
+}
+
+/// The delay of the joint angles is one more imperfection where the robot feeds, and none where it stands in each record.
+#[test]
+fn a_robot_that_stands_has_no_delay_of_its_angles() {
+    on_large_stack(|| {
+        let (divided, alone) = divided_and_alone(&measurement());
+        let refinement = Box::new(Refinement::new(&Sought::parameters_of(&chain()), &bushings()));
+        let mut plant = Box::new(Plant::new(&Accuracies::typical(), &chain()));
+        let mut has_delay = |experiments: &[Experiment<BINS>]| {
+            refinement.restart_plant_to(&mut plant, experiments);
+            plant.imperfections.all.iter().any(|(own, _)| *own == Imperfection::JointDelay)
+        };
+        assert!(has_delay(core::slice::from_ref(&*divided)));
+        assert!(!has_delay(&alone));
+    });
 }
 
 /// The delay of a record is that of all its parts: a divided record has one. Of a single record it would be the common delay, so that there is
@@ -64,7 +80,7 @@ fn compare_with_a_delay_of_each_part() {
     let mut plant = Box::new(Plant::new(&accuracies, &chain));
     // Each record that is late costs its own prior, 1.
     let mut evaluate = |experiments: &[Experiment<BINS>], late: usize| {
-        refinement.restart_plant(&mut plant, experiments.len());
+        refinement.restart_plant(&mut plant, experiments.len(), false);
         assert_eq!(plant.imperfections.all.len(), experiments.len());
         plant.point.imperfections[..late].fill(1.0);
         let (_, mut objective, _, point) =

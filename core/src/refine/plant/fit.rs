@@ -18,18 +18,24 @@ use super::factors::Restated;
 use super::objective::OfPlant;
 use super::retired::RetiredOfPlant;
 use crate::chain::linearise::LinearisationError;
-use crate::imperfection::{self, Correction, MAX_IMPERFECTIONS};
+use crate::imperfection::{self, Correction, Imperfection, MAX_IMPERFECTIONS};
 use crate::linear::normal::Normal;
 use crate::sought::{Coordinates, MAX_UNKNOWNS};
 use crate::spectrum::{Experiment, Site};
 use crate::verdict::FOREIGN;
 
 impl Refinement {
-    /// Goes to the parameters where this refinement stands, with so many records, and to the imperfections of its model.
-    pub(crate) fn restart_plant(&self, plant: &mut Plant, records: usize) {
+    /// Goes to the parameters where this refinement stands, with so many records, and to the imperfections of its model. The robot `feeds` in one of
+    /// the records: where it stands in all, retired ones included, the delay of the joint angles has no effect.
+    pub(crate) fn restart_plant(&self, plant: &mut Plant, records: usize, feeds: bool) {
         plant.point =
             Point { coordinates: self.coordinates, imperfections: [0.0; MAX_IMPERFECTIONS] };
-        plant.imperfections.all = imperfection::all(&plant.accuracies, &plant.joints, records);
+        let mut all = imperfection::all(&plant.accuracies, &plant.joints, records);
+        let retired = plant.retired.as_ref();
+        if !feeds && !retired.is_some_and(|own| own.shows(Imperfection::JointDelay)) {
+            all.retain(|(own, _)| *own != Imperfection::JointDelay);
+        }
+        plant.imperfections.all = all;
         plant.go_to(&self.workspace.correction);
         plant.restated = Restated::default();
         plant.stagnation = Stagnation::new(OF_PLANT);
@@ -38,13 +44,22 @@ impl Refinement {
         plant.every = 1;
     }
 
+    /// Restarts as [`Refinement::restart_plant`], for a fit to these experiments.
+    pub(crate) fn restart_plant_to<const B: usize>(
+        &self,
+        plant: &mut Plant,
+        experiments: &[Experiment<B>],
+    ) {
+        self.restart_plant(plant, experiments.len(), experiments.iter().any(Experiment::feeds));
+    }
+
     /// Restarts as [`Refinement::restart_plant`], where a minimum may be a wrong one: the fit counts some of the bins at first.
     pub(crate) fn restart_plant_thinned<const B: usize>(
         &self,
         plant: &mut Plant,
         experiments: &[Experiment<B>],
     ) {
-        self.restart_plant(plant, experiments.len());
+        self.restart_plant_to(plant, experiments);
         plant.thin(thinning::distance(experiments));
     }
 

@@ -39,6 +39,8 @@ pub(in crate::refine) struct Imperfect {
     /// Gain of each axis of the force sensor, reading per force.
     force_gain: [f64; 3],
     pose: Vec<f64, MAX_JOINTS>,
+    /// Rates of the joint angles, rad/s (m/s); empty where the robot stands.
+    rates: Vec<f64, MAX_JOINTS>,
     accelerometer_filter: Filter<f64>,
     force_filter: Filter<f64>,
     /// Reading of each sensor's axes per signal along them, apart from the gains.
@@ -74,7 +76,8 @@ impl Imperfect {
         let sensors = problem.measurement.sensors(&site);
         let chain = problem.chain.clone();
         let all = problem.sought.imperfections_at(coordinates).chain(others);
-        Self::of(chain, sensors, REFERENCE_HZ, site.pose, record).with(all)
+        let rates = site.rates.iter().copied().take(MAX_JOINTS).collect();
+        Self { rates, ..Self::of(chain, sensors, REFERENCE_HZ, site.pose, record) }.with(all)
     }
 
     /// The robot with these imperfections, each with its value, at rest at the joint angles `pose`, in no record.
@@ -109,6 +112,7 @@ impl Imperfect {
             sensors,
             force_gain: [1.0; 3],
             pose: pose.iter().copied().take(MAX_JOINTS).collect(),
+            rates: Vec::new(),
             accelerometer_filter: Filter::default(),
             force_filter: Filter::default(),
             accelerometer_crosstalk: Matrix3::identity(),
@@ -127,7 +131,7 @@ impl Imperfect {
     /// Adds an imperfection of this value.
     pub(in crate::refine) fn add(&mut self, imperfection: Imperfection, value: f64) {
         let along = |axis: usize| Vector3::ith(axis, value);
-        let Self { chain, sensors, pose, .. } = self;
+        let Self { chain, sensors, pose, rates, .. } = self;
         let Sensors { mounting, delay, acceleration_gain, .. } = sensors;
         match imperfection {
             Imperfection::Delay => *delay += value,
@@ -167,6 +171,9 @@ impl Imperfect {
                 if let Some(place) = chain.place_in_pose(joint) {
                     pose[place] += value;
                 }
+            }
+            Imperfection::JointDelay => {
+                pose.iter_mut().zip(rates).for_each(|(angle, rate)| *angle += value * *rate);
             }
             Imperfection::ElasticCentre(joint, axis) => {
                 let q = chain.angles(pose).nth(joint).unwrap_or_default();

@@ -58,7 +58,7 @@ impl Refinement {
         plant: &'p mut Plant,
     ) -> Result<PlantInformation<'p>, LinearisationError> {
         // Imperfections of a single record differ from those of a second one.
-        self.restart_plant(plant, 2);
+        self.restart_plant(plant, 2, true);
         let asked = Asked::Information(basis);
         self.assemble_on_plant(problem, experiment, OWN, plant, asked)?;
         Ok(PlantInformation { normal: &plant.factor, imperfections: &plant.imperfections.all })
@@ -100,7 +100,7 @@ impl Refinement {
         problem: &Problem<'_>,
         plant: &'p mut Plant,
     ) -> Result<PlantInformation<'p>, LinearisationError> {
-        self.restart_plant(plant, 2);
+        self.restart_plant(plant, 2, true);
         let unknowns = problem.sought.unknowns();
         let (statics, normal) = plant.statics_and_factor(problem);
         normal.reset(statics.first() + unknowns);

@@ -54,6 +54,12 @@ impl RetiredOfPlant {
         }
     }
 
+    /// Returns whether the records say something of an imperfection.
+    pub(super) fn shows(&self, imperfection: Imperfection) -> bool {
+        let column = self.shared.iter().position(|(own, _)| *own == imperfection);
+        column.is_some_and(|column| self.information.normal.row(column)[column] > 0.0)
+    }
+
     /// Values where the imperfections have those that `of` gives.
     fn values(&self, of: impl Fn(Imperfection) -> f64, straight: &[f64]) -> [f64; ALL] {
         let shared = self.shared.iter().map(|&(own, _)| straightened(own, of(own))[0]);

@@ -31,6 +31,13 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::SeedableRng as _;
 
 pub(super) const POSE: [f64; 2] = [0.4, -0.3];
+/// The robot feeds past the pose at these rates.
+pub(super) const PASSING: Site<'_> = Site {
+    pose: &POSE,
+    rates: &[0.5, -0.3],
+    point: Vector3::new(0.0, 0.0, 0.0),
+    is_of_test: false,
+};
 pub(super) type Three = [Complex<f64>; 3];
 /// Derivative of the reading by its drift.
 const DRIFT: Three =
@@ -61,7 +68,7 @@ fn of_plant(problem: &Problem<'_>, plant: &Plant, values: &[f64]) -> Model {
     let coordinates = &plant.point.coordinates;
     let all = plant.imperfections.all.iter().zip(values);
     let all = all.map(|(&(imperfection, deviation), value)| (imperfection, value * deviation));
-    let imperfect = imperfect::Imperfect::new(problem, coordinates, all, Site::tcp(&POSE), 0);
+    let imperfect = imperfect::Imperfect::new(problem, coordinates, all, PASSING, 0);
     let bushings = bushings();
     imperfect.model(&imperfect.linearise(problem, &bushings).unwrap(), &bushings).unwrap()
 }
@@ -190,7 +197,7 @@ proptest! {
         plant.point.coordinates = sought.coordinates(&bushings());
         let standing = inside(&plant.imperfections.all, away);
         plant.point.imperfections = standing;
-        let model = plant.imperfections.prepare(&problem, &plant.point, Site::tcp(&POSE), 0).unwrap();
+        let model = plant.imperfections.prepare(&problem, &plant.point, PASSING, 0).unwrap();
         let (response, batch) = evaluated(&model, s, &raw, &seam);
         let mut rows = [[[0.0; MAX_IMPERFECTIONS]; 6]];
         plant.imperfections.columns().write(&mut rows, (0, &sought), &response, &model, &batch, &seam);
@@ -361,7 +368,7 @@ fn the_jackknife_agrees_with_the_noise() {
             Accuracies { delay: 1e-6, structure_rotation: 1e-9, ..Accuracies::default() };
         let mut plant = Box::new(Plant::new(&accuracies, &chain));
         let mut refinement = Box::new(Refinement::new(&sought, &bushings()));
-        refinement.restart_plant(&mut plant, 2);
+        refinement.restart_plant(&mut plant, 2, false);
         while refinement.step_plant(&problem, &experiments, &mut plant) == Outcome::Improving {}
         let (fit, _) = refinement.fit_plant(&problem, &experiments, &mut plant).unwrap();
         let mut widened = fit.clone();
@@ -406,7 +413,7 @@ fn scatter_of_copies<const N: usize>(accuracies: Accuracies) -> [f64; 24] {
         let experiments: [_; N] = core::array::from_fn(|_| one.clone());
         let mut plant = Box::new(Plant::new(&accuracies, &chain));
         let mut refinement = Box::new(Refinement::new(&sought, &bushings()));
-        refinement.restart_plant(&mut plant, N);
+        refinement.restart_plant(&mut plant, N, false);
         while refinement.step_plant(&problem, &experiments, &mut plant) == Outcome::Improving {}
         refinement.fit_plant(&problem, &experiments, &mut plant).unwrap();
         let all = refinement.jackknife_plant(&problem, &experiments, &mut plant, 1.0).unwrap();
@@ -469,7 +476,7 @@ fn a_corrected_model_is_that_of_the_plant() {
         });
         let mut plant = Box::new(Plant::new(&Accuracies::typical(), &chain));
         let mut refinement = Box::new(Refinement::new(&sought, &bushings()));
-        refinement.restart_plant(&mut plant, 2);
+        refinement.restart_plant(&mut plant, 2, false);
         let count = plant.imperfections.all.len();
         for (index, value) in plant.point.imperfections[..count].iter_mut().enumerate() {
             *value = if index % 3 == 0 { -1.5 } else { 0.7 };

@@ -108,8 +108,9 @@ fn the_rates_of_a_part_are_those_of_the_path() {
         let length = divided.length();
         assert!((one * length - 0.01).abs() < 1e-12 && (other * length + 0.02).abs() < 1e-12);
     }
+    assert!(divided.feeds());
     let standing = experiment(&alone(&record, 0), &measurement).unwrap();
-    assert!(standing.rates.iter().flatten().all(|rate| *rate == 0.0));
+    assert!(standing.site().rates.is_empty() && !standing.feeds());
     assert!(standing.parts().all(|part| part.site.rates.is_empty()));
 }
 

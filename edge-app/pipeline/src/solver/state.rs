@@ -19,7 +19,7 @@ pub(super) const MAX_WAITING: usize = 64;
 
 /// Version of the fit in a state. It changes with every struct in [`Settled`], and with the meaning of a number there. A fit of
 /// another version is left out, and the records are fitted anew.
-const FIT: u32 = 4;
+const FIT: u32 = 5;
 
 /// The solver when it last settled, and the records that have come since.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -33,6 +33,7 @@ impl Plant {
             I::Mass(link) => *of(&mut robot.mass, link, joints, 1.0) = value.exp(),
             I::Inertia(link, entry) => of(&mut robot.spread, link, joints, [0.0; 6])[entry] = value,
             I::JointAngle(joint) => *of(&mut robot.joint_angle_rad, joint, joints, 0.0) = value,
+            I::JointDelay => robot.joint_delay_s = value,
             I::CentreOfMass(link, axis) => {
                 of(&mut robot.centre_of_mass_m, link, joints, [0.0; 3])[axis] = value;
             }

@@ -32,6 +32,8 @@ pub struct Robot {
     /// True less reported joint angle, rad (m). Typical: 3.5e-3 (0.2°; encoder offsets of robots that are not calibrated: Nubiola and Bonev,
     /// Robotics and Computer-Integrated Manufacturing 29, 2013).
     pub joint_angle_rad: Vec<f64>,
+    /// Delay of the joint angles: each is that of so many seconds before. Typical: 4e-3, a cycle of the controller.
+    pub joint_delay_s: f64,
     /// Elastic centre of each bushing less the joint's origin, link axes, m. Typical: 0.01 to 0.05, a bearing beside its gear.
     pub elastic_centre_m: Vec<[f64; 3]>,
     /// Rates of the joints in a cut, rad/s (m/s): the feed. Typical of a creeping drive: 1e-5 to
@@ -88,6 +90,7 @@ impl Robot {
         let (joints, driven) = (model.joints.len(), model.driven().count());
         let flat = |vectors: &[[f64; 3]]| vectors.as_flattened().to_vec();
         for (key, count, values, limits) in [
+            ("joint_delay_s", 0, vec![self.joint_delay_s], [0.0, 1.0]),
             ("mass", self.mass.len(), self.mass.clone(), [0.01, 100.0]),
             ("inertia", self.inertia.len(), self.inertia.clone(), [0.01, 100.0]),
             ("spread", self.spread.len(), self.spread.as_flattened().to_vec(), [-5.0, 5.0]),

@@ -23,7 +23,7 @@ fn ends(off: f64, slope: f64) -> [(Outcome, usize, bool); 2] {
     let experiments: &[Experiment<BINS>] = &[];
     let mut plant = plant();
     let mut refinement = Box::new(Refinement::new(&sought, &bushings()));
-    refinement.restart_plant(&mut plant, 0);
+    refinement.restart_plant(&mut plant, 0, false);
     plant.every = 4;
     let count = plant.imperfections.all.len();
     plant.point.imperfections[..count].fill(off);

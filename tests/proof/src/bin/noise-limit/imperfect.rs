@@ -67,6 +67,8 @@ pub(crate) fn column(
         I::RecordStiffness(_) => of_reading(|_| Complex::ZERO),
         // On rigid ground it has no effect.
         I::BaseMass => of_reading(|_| Complex::ZERO),
+        // The robot stands.
+        I::JointDelay => of_reading(|_| Complex::ZERO),
         I::Hose => hose(milled, |_| Complex::ONE),
         I::HoseDamping => hose(milled, |s| s),
         I::Turn(..)
