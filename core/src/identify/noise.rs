@@ -13,12 +13,16 @@ use crate::verdict::FOREIGN;
 /// Most fits that follow each other because the noise was read again. Chosen: a fit that strong tones have biased shows others; the second
 /// is without that bias, and the level of the noise follows.
 pub const MAX_NOISE_ROUNDS: u32 = 4;
+/// Change of an estimate for which the fit is made again, in its standard deviations. Chosen: an interval of 95 % then holds with 94.9 %.
+const SHIFT: f64 = 0.1;
+/// Relative change of a standard deviation for which the fit is made again.
+const WIDENING: f64 = 0.05;
 
 impl<R> Identifier<R> {
     /// Reads the noise in `experiments` again, from the residuals of a settled `estimate`, which is that of `plant`, if there is one, or else
     /// the identifier's own. Tones are subtracted. Without new ones, the level is raised where the cut has more noise than the rest.
     ///
-    /// The errors of the records by their movement become those of the model.
+    /// The movement in the parts of the records becomes that of the model.
     ///
     /// Returns whether that changes the experiments; then they are to be [renewed](Identifier::renew_noise) and fitted again, up to
     /// [`MAX_NOISE_ROUNDS`] times. Nothing is changed where the noise that is assumed explains the residuals. The level stays where no
@@ -52,7 +56,8 @@ impl<R> Identifier<R> {
             || estimate.consistency <= FOREIGN && cut_noise::replace(experiments, shown)
     }
 
-    /// Replaces the errors of the divided records by their movement with those of the model. Returns whether that changes a deviation.
+    /// Replaces the movement of the divided records by that of the model. Returns whether that may change an estimate by [`SHIFT`], or a standard
+    /// deviation by [`WIDENING`]. A change of the reading shifts no estimate by more than its norm, in standard deviations (Cauchy and Schwarz).
     #[inline(never)]
     fn read_movement<const B: usize>(
         &mut self,
@@ -63,17 +68,20 @@ impl<R> Identifier<R> {
         let Self { chain, measurement, bounds, sought, statics, refinement, .. } = self;
         let problem = Problem { chain, measurement, bounds, sought, statics, level: self.level };
         let coordinates = &estimate.coordinates;
-        let mut changes = false;
+        let (mut of_reading, mut of_noise, mut values) = (0.0, 0.0, 0.0);
         for (record, experiment) in experiments.iter_mut().enumerate() {
             if experiment.is_whole() {
                 continue;
             }
             let found = refinement.movement(&problem, coordinates, plant, experiment, record);
             if let Some(movement) = found {
-                changes |= experiment.replace_movement(movement);
+                let changes = experiment.replace_movement(movement);
+                (of_reading, of_noise) = (of_reading + changes[0], of_noise + changes[1]);
+                values += (experiment.bins() * experiment.measured_axes()) as f64;
             }
         }
-        changes
+        let widening = (1.0 + WIDENING) * (1.0 + WIDENING) - 1.0;
+        of_reading > SHIFT * SHIFT || of_noise > widening * widening * values
     }
 
     /// Raises the noise at the lines of the divided records. Returns whether that changes it.

@@ -12,6 +12,7 @@ use crate::receptance::lanes::Lanes;
 use crate::spectrum::{Experiment, Kind, Part};
 
 /// The bins of one record.
+#[derive(Clone)]
 pub(super) struct Bins<'a> {
     kind: Kind,
     spacing: f64,
@@ -20,7 +21,7 @@ pub(super) struct Bins<'a> {
     every: usize,
     /// Number of parts of the record.
     parts: usize,
-    /// Per axis mean squares of the error by the movement. Empty where the robot stands.
+    /// Per axis mean squares of what the movement still leaves. Empty where the robot stands.
     movement: [&'a [f32]; 3],
     /// ω₀: the lowest angular frequency of the record.
     lowest: f64,
@@ -43,7 +44,7 @@ impl<'a> Bins<'a> {
             first_bin: experiment.first_bin,
             every: 1,
             parts: experiment.divided,
-            movement: experiment.movement.each_ref().map(Vec::as_slice),
+            movement: experiment.movement.left.each_ref().map(Vec::as_slice),
             lowest: experiment.omega(0),
             force: experiment.force.parts(),
             acceleration: experiment.acceleration.parts(),

@@ -313,7 +313,7 @@ pub(super) fn by_lane<V: Lanes<Scalar = f64>>(
 
 /// Loads of the seam on every bushing: impulses, and steps by `1/s`.
 #[inline(always)]
-fn seam_loads<V: Lanes<Scalar = f64>>(seam: &Seam, inverse_s: Complex<V>) -> PerDof<V> {
+pub(super) fn seam_loads<V: Lanes<Scalar = f64>>(seam: &Seam, inverse_s: Complex<V>) -> PerDof<V> {
     let like = inverse_s.im;
     let mut loads = [[Complex::zero(like); DOF]; MAX_JOINTS];
     for (joint, loads) in loads.iter_mut().enumerate() {

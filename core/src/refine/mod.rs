@@ -36,7 +36,6 @@ mod levenberg_marquardt;
 mod leverage;
 mod model;
 mod modelled;
-mod movement;
 mod objective;
 mod others;
 mod plant;

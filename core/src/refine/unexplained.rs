@@ -103,18 +103,15 @@ impl Refinement {
             self.workspace.each_left(problem, &model, experiment, &part, bins, &mut |bin| {
                 // There is room: the experiment has as many bins.
                 let _ = response.push(bin.response() as f32);
+                // Nothing is left along an axis that is not measured.
+                let is_read: [bool; 3] = core::array::from_fn(|axis| experiment.measures(axis));
                 let mean_square = bin.mean_square();
+                residual.push(&core::array::from_fn(|axis| {
+                    if is_read[axis] { bin.left[axis] } else { [0.0; 2] }
+                }));
                 for axis in 0..3 {
-                    // Nothing is left along an axis that is not measured.
-                    if !experiment.measures(axis) {
-                        let _ = residual.re[axis].push(0.0);
-                        let _ = residual.im[axis].push(0.0);
-                        let _ = noise[axis].push(1.0);
-                        continue;
-                    }
-                    let _ = residual.re[axis].push(bin.left[axis][0] as f32);
-                    let _ = residual.im[axis].push(bin.left[axis][1] as f32);
-                    let _ = noise[axis].push(mean_square[axis] as f32);
+                    let own = if is_read[axis] { mean_square[axis] } else { 1.0 };
+                    let _ = noise[axis].push(own as f32);
                 }
             });
         }

@@ -1,13 +1,9 @@
 //! The acceleration without tones, and its noise as it is in the cut.
 
-use heapless::Vec;
-
 use super::cut_noise::CutNoise;
 use super::experiment::Experiment;
+use super::movement::Movement;
 use super::tone::{MAX_TONES, Tone};
-
-/// Relative change of a mean square that changes a standard deviation by 5 %.
-const CHANGE: f64 = 0.1;
 
 impl<const B: usize> Experiment<B> {
     /// Frequencies of the tones, Hz, and their largest amplitudes along an axis, m/s².
@@ -58,19 +54,30 @@ impl<const B: usize> Experiment<B> {
         }
     }
 
-    /// Replaces the errors of the parts by their movement. Returns whether the mean square of the noise of a bin with them changes by so much, in root mean
-    /// square over all bins, that a standard deviation may change by 5 %.
-    pub(crate) fn replace_movement(&mut self, movement: [Vec<f32, B>; 3]) -> bool {
-        let (mut sum, mut count) = (0.0, 0.0);
-        for axis in (0..3).filter(|axis| self.measures(*axis)) {
-            let both = self.movement[axis].iter().zip(&movement[axis]);
-            for ((before, after), noise) in both.zip(&self.acceleration_noise[axis]) {
-                let change = f64::from((noise + after) / (noise + before)) - 1.0;
-                (sum, count) = (sum + change * change, count + 1.0);
+    /// Puts back the movement that was subtracted from the acceleration, and subtracts this. Returns the sums of the squares of two changes over all
+    /// bins: of the reading in standard deviations of its noise, and of the mean square of the noise in itself.
+    pub(crate) fn replace_movement(&mut self, movement: Movement<B>) -> [f64; 2] {
+        let (mut of_reading, mut of_noise) = (0.0, 0.0);
+        let is_measured: [bool; 3] = core::array::from_fn(|axis| self.measures(axis));
+        for bin in 0..self.bins() {
+            let before = self.movement.order.re[0].get(bin).map(|_| self.movement.order.at(bin));
+            let [before, after] = [before.unwrap_or_default(), movement.order.at(bin)];
+            for axis in (0..3).filter(|axis| is_measured[*axis]) {
+                let noise = |own: &Movement<B>| {
+                    f64::from(self.acceleration_noise[axis][bin] + own.left[axis][bin])
+                };
+                let noise = [noise(&self.movement), noise(&movement)];
+                of_noise += (noise[1] / noise[0] - 1.0) * (noise[1] / noise[0] - 1.0);
+                let own = [&mut self.acceleration.re, &mut self.acceleration.im];
+                for (part, own) in own.into_iter().enumerate() {
+                    let change = after[axis][part] - before[axis][part];
+                    own[axis][bin] -= change as f32;
+                    of_reading += 2.0 * change * change / noise[1];
+                }
             }
         }
         self.movement = movement;
-        sum > CHANGE * CHANGE * count
+        [of_reading, of_noise]
     }
 
     /// By how much χ² changes at most if these tones take the place of those that are subtracted, outside the main lobes.

@@ -6,7 +6,7 @@ use heapless::Vec;
 
 use super::cut_noise::CutNoise;
 use super::measurement::Measurement;
-use super::movement;
+use super::movement::Movement;
 use super::part::{self, Part, Pose};
 use super::signals::{MIN_BINS, Spectrum, SpectrumError};
 use super::site::Site;
@@ -82,8 +82,8 @@ pub struct Experiment<const B: usize> {
     pub acceleration_noise: [Vec<f32, B>; 3],
     /// Mean square of that noise without its lines, per axis, (m/s)².
     pub broad_noise: [Vec<f32, B>; 3],
-    /// Mean square of the error of a part by its [movement](super::movement), in each bin, per axis, (m/s)². Empty where the robot stands.
-    pub(crate) movement: [Vec<f32, B>; 3],
+    /// Reading of its parts beyond that at their mean poses.
+    pub(crate) movement: Movement<B>,
     /// Noise of the cut, to which the noise of the acceleration has been raised.
     pub cut_noise: CutNoise,
     /// Tones that have been subtracted from the acceleration.
@@ -207,8 +207,8 @@ impl<const B: usize> Experiment<B> {
             return Err(SpectrumError::NoForce);
         }
         let movement = match divided {
-            1 => [const { Vec::new() }; 3],
-            _ => movement::without_a_model(&acceleration, &path),
+            1 => Movement::NONE,
+            _ => Movement::without_a_model(&acceleration, &path),
         };
         let drift =
             drift::of(&acceleration, &by_time, &band, divided, record.since_s * spacing / TAU);

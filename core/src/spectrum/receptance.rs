@@ -16,6 +16,7 @@ use heapless::Vec;
 use super::cut_noise::CutNoise;
 use super::experiment::{Experiment, Kind};
 use super::measurement::Measurement;
+use super::movement::Movement;
 use super::part::Pose;
 use super::signals::{MIN_BINS, Spectrum, SpectrumError};
 use super::thinned::ThinnedSpectra;
@@ -153,7 +154,7 @@ impl<const B: usize> Experiment<B> {
             force_noise: from_fn(|_| filled(0.0)),
             broad_noise: acceleration_noise.clone(),
             acceleration_noise,
-            movement: from_fn(|_| Vec::new()),
+            movement: Movement::NONE,
             cut_noise: CutNoise::default(),
             tones: Vec::new(),
             thinned,

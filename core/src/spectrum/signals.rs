@@ -28,6 +28,19 @@ impl<const B: usize> Spectrum<B> {
         core::array::from_fn(|axis| [&self.re[axis][..], &self.im[axis][..]])
     }
 
+    /// Adds the next bin: real and imaginary part along each axis. It must have room.
+    pub(crate) fn push(&mut self, bin: &[[f64; 2]; 3]) {
+        for (axis, [re, im]) in bin.iter().enumerate() {
+            let _ = self.re[axis].push(*re as f32);
+            let _ = self.im[axis].push(*im as f32);
+        }
+    }
+
+    /// Real and imaginary part along each axis in a bin.
+    pub(crate) fn at(&self, bin: usize) -> [[f64; 2]; 3] {
+        core::array::from_fn(|axis| [&self.re, &self.im].map(|part| f64::from(part[axis][bin])))
+    }
+
     /// Sum of the squares.
     pub(super) fn power(&self) -> f64 {
         self.re.iter().chain(&self.im).flatten().map(|part| f64::from(part * part)).sum()

@@ -5,6 +5,7 @@
 use heapless::Vec;
 use nalgebra::Matrix3;
 
+use super::super::model::Model;
 use crate::chain::from_parent::FromParent;
 use crate::chain::linearise::LinearChain;
 use crate::receptance::{Hose, Loads, Observation, Terms, ToolTerms};
@@ -87,6 +88,16 @@ impl Change {
         }
         change.stiffness = rates.as_flattened().iter().any(|rate| *rate != 0.0).then_some(rates);
         change
+    }
+}
+
+impl Change {
+    /// Change of a model by time, 1/s, if its pose moves from the one to the other in so many seconds. It turns joints, and axes of sensors.
+    pub(super) fn of_pose([start, end]: [&Model; 2], seconds: f64) -> Self {
+        let both = start.from_parent.iter().zip(&end.from_parent);
+        let rates = both.map(|(start, end)| FromParentChange::between(start, end, seconds));
+        let tip = Tip::between(&start.terms, &end.terms, seconds);
+        Self { from_parent: rates.enumerate().collect(), tip: Some(tip), ..Self::NONE }
     }
 }
 

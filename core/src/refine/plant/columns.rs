@@ -154,9 +154,27 @@ fn add_stiffness<V: Lanes<Scalar = f64>>(
     }
 }
 
+/// The force that cuts: what is measured, and what the tool takes.
+#[inline(always)]
+pub(super) fn force_that_cuts<V: Lanes<Scalar = f64>>(
+    model: &Model,
+    batch: &Batch<V>,
+    motions: &Motions<V>,
+) -> [Complex<V>; 3] {
+    let mut cut = batch.force;
+    if let Some(tool) = &model.terms.tool {
+        let last = model.terms.joints.len() - 1;
+        let taken = taken_by_tool(tool, batch.s, &motions.of_record.displacements[last]);
+        for (cut, taken) in cut.iter_mut().zip(taken) {
+            *cut = *cut + taken;
+        }
+    }
+    cut
+}
+
 /// Derivative of the reading by a change of the model. `cut` is the force that cuts.
 #[inline(always)]
-fn of_change<V: Lanes<Scalar = f64>>(
+pub(super) fn of_change<V: Lanes<Scalar = f64>>(
     change: &Change,
     response: &Response<V>,
     model: &Model,
@@ -218,16 +236,9 @@ impl Columns<'_> {
         seam: &PerDof<V>,
     ) {
         let s = batch.s;
-        let last = model.terms.joints.len() - 1;
         let of_unknowns = first + self.before.len();
         let motions = Motions::new(model, response, s, seam);
-        let mut cut = batch.force;
-        if let Some(tool) = &model.terms.tool {
-            let taken = taken_by_tool(tool, s, &motions.of_record.displacements[last]);
-            for (cut, taken) in cut.iter_mut().zip(taken) {
-                *cut = *cut + taken;
-            }
-        }
+        let cut = force_that_cuts(model, batch, &motions);
         let mut of_loads: Vec<[Complex<V>; 3], { DOF * MAX_JOINTS }> = Vec::new();
         for sag in self.sags {
             let of_geometry = of_change(&sag.change, response, model, s, &cut, &motions);

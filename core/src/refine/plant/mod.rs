@@ -39,6 +39,7 @@ mod jackknife;
 mod levels;
 mod mechanics;
 mod motion;
+mod movement;
 mod objective;
 mod places;
 mod restated;

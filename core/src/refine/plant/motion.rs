@@ -20,6 +20,7 @@ use nalgebra::Matrix3;
 pub(super) type Column<V> = [Complex<V>; DOF];
 
 /// A motion of the robot and of its base.
+#[derive(Clone)]
 pub(super) struct Motion<V> {
     /// Displacement of each link.
     pub(super) displacements: PerDof<V>,
