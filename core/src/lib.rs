@@ -116,7 +116,7 @@
 //! let bounds = Bounds::of(&chain);
 //! let mut identifier = Identifier::new(chain, bounds, measurement, Level::new(), generator);
 //! identifier.renew(&experiments);
-//! while identifier.step(&experiments) != Phase::Settled {}
+//! while identifier.step(&mut experiments) != Phase::Settled {}
 //! let estimate = identifier.estimate().expect("a settled identifier has an estimate");
 //!
 //! // The verdicts, and the truth.

@@ -6,7 +6,7 @@ use std::thread;
 use fearless_simd::Level;
 use flexid_core::MAX_JOINTS;
 use flexid_core::chain::{Chain, Joint};
-use flexid_core::identify::{Acceptance, Estimate, Identifier, MAX_NOISE_ROUNDS, Phase};
+use flexid_core::identify::{Acceptance, Estimate, Identifier, Phase};
 use flexid_core::imperfection::{Accuracies, FoundImperfection, Imperfection};
 use flexid_core::motion::radau::Radau;
 use flexid_core::motion::travel::Travel;
@@ -175,19 +175,10 @@ fn identifier(experiments: &[Experiment<BINS>]) -> Box<Identifier<Generator>> {
     identifier
 }
 
-/// Identifies from the records, and again after so many rounds of reading their noise and their movement.
-fn identify(records: &[Record<SAMPLES>], rounds: u32) -> Estimate {
-    let mut experiments = experiments(records);
+fn identify(mut experiments: Vec<Experiment<BINS>>) -> Estimate {
     let mut identifier = identifier(&experiments);
-    for round in 0.. {
-        while identifier.step(&experiments) != Phase::Settled {}
-        let estimate = identifier.estimate().unwrap().clone();
-        if round == rounds || !identifier.read_noise_again(&mut experiments, None, &estimate) {
-            return estimate;
-        }
-        identifier.renew_noise(&experiments);
-    }
-    unreachable!("there is an end to the rounds")
+    while identifier.step(&mut experiments) != Phase::Settled {}
+    identifier.estimate().unwrap().clone()
 }
 
 /// Errors of the parameters that are known to 10 %, in standard deviations.
@@ -209,12 +200,12 @@ fn a_robot_is_identified_while_it_feeds() {
     let run = || {
         let mut records = records(&readings(3, FEED), FEED, 0.0);
         assert!(records.iter().filter(|record| record.path.len() == 8).count() >= 5);
-        let estimate = identify(&records, MAX_NOISE_ROUNDS);
+        let estimate = identify(experiments(&records));
         assert_eq!(estimate.acceptance, Acceptance::Consistent);
         let known = errors(&estimate);
         assert!(known.len() >= 20 && largest(&known) < 4.0, "{known:.1?}");
         records.iter_mut().for_each(|record| record.path.clear());
-        let at_one_pose = identify(&records, MAX_NOISE_ROUNDS);
+        let at_one_pose = identify(experiments(&records));
         let off = largest(&errors(&at_one_pose));
         assert!(at_one_pose.acceptance != Acceptance::Consistent && off > 4.0, "{off}");
     };
@@ -226,16 +217,20 @@ fn a_robot_is_identified_while_it_feeds() {
 #[test]
 fn what_a_robot_reads_as_it_moves_on_is_in_the_model() {
     let run = || {
-        let mean_square = |rounds: u32| {
+        let mean_square = |moves: bool| {
             let of_draw = |seed: u64| {
-                let records = records(&readings(seed, FORTH), FORTH, 0.0);
-                errors(&identify(&records, rounds))
+                let mut experiments = experiments(&records(&readings(seed, FORTH), FORTH, 0.0));
+                if !moves {
+                    let rates = experiments.iter_mut().flat_map(|one| &mut one.rates).flatten();
+                    rates.for_each(|rate| *rate = 0.0);
+                }
+                errors(&identify(experiments))
             };
             let all: Vec<f64> = (1..5).flat_map(of_draw).collect();
             assert!(all.len() >= 80, "{}", all.len());
             all.iter().map(|error| error * error).sum::<f64>() / all.len() as f64
         };
-        let (without, with) = (mean_square(0), mean_square(MAX_NOISE_ROUNDS));
+        let (without, with) = (mean_square(false), mean_square(true));
         assert!(without > 2.0 && with < 1.5, "{without} without, {with} with the movement");
     };
     thread::Builder::new().stack_size(STACK).spawn(run).unwrap().join().unwrap();
@@ -247,11 +242,11 @@ fn what_a_robot_reads_as_it_moves_on_is_in_the_model() {
 fn angles_that_come_late_are_found() {
     let run = || {
         let late = |(seed, feed)| records(&readings(seed, feed), feed, LATE);
-        let experiments: Vec<_> =
+        let mut experiments: Vec<_> =
             [(3, FORTH), (4, BACK)].map(late).iter().flat_map(|own| experiments(own)).collect();
         let mut plant = Box::new(Plant::new(&Accuracies::typical(), &chain()));
         let mut identifier = identifier(&experiments);
-        while identifier.step_on_plant(&experiments, &mut plant) != Phase::Settled {}
+        while identifier.step_on_plant(&mut experiments, &mut plant) != Phase::Settled {}
         let found = identifier.estimate_of_plant(&experiments, &mut plant, || true).unwrap();
         let delay = |own: &&FoundImperfection| own.imperfection == Imperfection::JointDelay;
         let delay = found.imperfections.iter().find(delay).unwrap();

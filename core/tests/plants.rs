@@ -60,8 +60,9 @@ fn finish(
     experiments: &[Experiment<BINS>],
     plant: &mut Plant,
 ) -> PlantEstimate {
-    while identifier.step_on_plant(experiments, plant) != Phase::Settled {}
-    identifier.estimate_of_plant(experiments, plant, || true).expect("it has settled")
+    let mut experiments = experiments.to_vec();
+    while identifier.step_on_plant(&mut experiments, plant) != Phase::Settled {}
+    identifier.estimate_of_plant(&experiments, plant, || true).expect("it has settled")
 }
 
 fn assert_right(found: &PlantEstimate, truth: &Bushings, step: usize) {
@@ -89,18 +90,18 @@ fn assert_right(found: &PlantEstimate, truth: &Bushings, step: usize) {
 fn an_identifier_goes_on_from_any_step() {
     let test = || {
         let truth = Random::new(71).bushings(3);
-        let experiments = late_and_too_large(&truth, 72);
+        let mut experiments = late_and_too_large(&truth, 72);
         let mut plant = Box::new(Plant::new(&Accuracies::typical(), &mill3()));
         let mut identifier = identifier(parameters(3));
         identifier.renew(&experiments);
         let mut step = 0;
-        while identifier.step_on_plant(&experiments, &mut plant) != Phase::Settled {
+        while identifier.step_on_plant(&mut experiments, &mut plant) != Phase::Settled {
             step += 1;
             if step % 40 == 0 {
                 let (mut renewed, mut lost) = (identifier.clone(), identifier.clone());
                 renewed.renew(&experiments);
                 assert_right(&finish(&mut renewed, &experiments, &mut plant.clone()), &truth, step);
-                while lost.step(&experiments) != Phase::Settled {}
+                while lost.step(&mut experiments) != Phase::Settled {}
                 let mut plant = plant.clone();
                 let found = lost.estimate_of_plant(&experiments, &mut plant, || true);
                 assert!(found.is_some(), "without a plant after {step}");

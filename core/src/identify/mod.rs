@@ -131,6 +131,8 @@ pub struct Identifier<R> {
     refinement: Refinement,
     /// Number of continuations of the present refinement.
     prolongations: u32,
+    /// How often the refinement of the present start has gone on since the movement of the model had changed.
+    movements: u32,
     /// Searches since the records last changed.
     starts: u32,
     effort: Effort,
@@ -191,6 +193,7 @@ impl<R: Rng> Identifier<R> {
             targets: Vec::new(),
             refinement,
             prolongations: 0,
+            movements: 0,
             starts: 0,
             effort: Effort::default(),
             found_by: FoundBy::Refinement,
@@ -318,7 +321,9 @@ impl<R: Rng> Identifier<R> {
     }
 
     /// Does one sample of the search or one step of the refinement, with the experiments of the last [`Identifier::renew`].
-    pub fn step<const B: usize>(&mut self, experiments: &[Experiment<B>]) -> Phase {
+    ///
+    /// Where a refinement has ended, the movement in the parts of divided experiments becomes that of the model.
+    pub fn step<const B: usize>(&mut self, experiments: &mut [Experiment<B>]) -> Phase {
         self.advance(experiments, None)
     }
 
@@ -329,7 +334,7 @@ impl<R: Rng> Identifier<R> {
     /// If `plant` is of other joints.
     pub fn step_on_plant<const B: usize>(
         &mut self,
-        experiments: &[Experiment<B>],
+        experiments: &mut [Experiment<B>],
         plant: &mut Plant,
     ) -> Phase {
         assert!(plant.is_of(&self.chain), "a plant of another robot");
@@ -339,7 +344,7 @@ impl<R: Rng> Identifier<R> {
 
     fn advance<const B: usize>(
         &mut self,
-        experiments: &[Experiment<B>],
+        experiments: &mut [Experiment<B>],
         mut plant: Option<&mut Plant>,
     ) -> Phase {
         if let Some(plant) = plant.as_deref_mut() {
@@ -390,7 +395,7 @@ impl<R: Rng> Identifier<R> {
                     _ => false,
                 };
                 let is_over = outcome != Outcome::Improving || is_over || self.is_back();
-                if is_over && !self.goes_on_with_all_bins() {
+                if is_over && !self.goes_on_with_all_bins() && !self.goes_on_moving(experiments) {
                     self.judge(experiments, plant);
                 }
             }

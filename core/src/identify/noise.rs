@@ -4,9 +4,10 @@ use heapless::Vec;
 
 use super::cut_noise;
 use super::shown::Shown;
-use super::{Estimate, Identifier, Phase, lines, tones};
+use super::{Estimate, Identifier, Phase, Purpose, lines, tones};
 use crate::refine::{Plant, Problem, Unexplained};
 use crate::search::MAX_EXPERIMENTS;
+use crate::sought::Coordinates;
 use crate::spectrum::Experiment;
 use crate::verdict::FOREIGN;
 
@@ -42,7 +43,7 @@ impl<R> Identifier<R> {
         if self.phase != Phase::Settled || !is_due {
             return false;
         }
-        let moves = self.read_movement(experiments, plant, estimate);
+        let moves = self.read_movement(experiments, plant, &estimate.coordinates);
         let bins = experiments.iter().map(Experiment::bins).sum();
         let records = experiments.iter().take(MAX_EXPERIMENTS).enumerate();
         let shown: Vec<Shown, MAX_EXPERIMENTS> = records
@@ -59,15 +60,14 @@ impl<R> Identifier<R> {
     /// Replaces the movement of the divided records by that of the model. Returns whether that may change an estimate by [`SHIFT`], or a standard
     /// deviation by [`WIDENING`]. A change of the reading shifts no estimate by more than its norm, in standard deviations (Cauchy and Schwarz).
     #[inline(never)]
-    fn read_movement<const B: usize>(
+    pub(super) fn read_movement<const B: usize>(
         &mut self,
         experiments: &mut [Experiment<B>],
         plant: Option<&Plant>,
-        estimate: &Estimate,
+        coordinates: &Coordinates,
     ) -> bool {
         let Self { chain, measurement, bounds, sought, statics, refinement, .. } = self;
         let problem = Problem { chain, measurement, bounds, sought, statics, level: self.level };
-        let coordinates = &estimate.coordinates;
         let (mut of_reading, mut of_noise, mut values) = (0.0, 0.0, 0.0);
         for (record, experiment) in experiments.iter_mut().enumerate() {
             if experiment.is_whole() {
@@ -82,6 +82,23 @@ impl<R> Identifier<R> {
         }
         let widening = (1.0 + WIDENING) * (1.0 + WIDENING) - 1.0;
         of_reading > SHIFT * SHIFT || of_noise > widening * widening * values
+    }
+
+    /// Gives divided experiments the movement of the model where the refinement of a start has ended, and goes on from there if that may change it, up
+    /// to [`MAX_NOISE_ROUNDS`] times. Returns whether it does.
+    pub(super) fn goes_on_moving<const B: usize>(
+        &mut self,
+        experiments: &mut [Experiment<B>],
+    ) -> bool {
+        let standing = *self.refinement.coordinates();
+        let goes_on = matches!(self.purpose, Purpose::Start)
+            && self.movements < MAX_NOISE_ROUNDS
+            && self.read_movement(experiments, None, &standing);
+        self.movements = if goes_on { self.movements + 1 } else { 0 };
+        if goes_on {
+            self.refinement.restart_at(&standing);
+        }
+        goes_on
     }
 
     /// Raises the noise at the lines of the divided records. Returns whether that changes it.

@@ -65,7 +65,7 @@ impl<R: Rng> Identifier<R> {
 
     /// The deviation that follows from the residuals of a fit at the `present` one, and their redundancy.
     fn deviation_by_residuals<const B: usize>(&mut self, present: f64) -> Option<[f64; 2]> {
-        let none: &[Experiment<B>] = &[];
+        let none: &mut [Experiment<B>] = &mut [];
         self.renew(none);
         while !matches!(self.step(none), Phase::Settled | Phase::Waiting) {}
         let left_out = &self.estimate.as_ref()?.static_tests;

@@ -183,11 +183,6 @@ pub(super) struct LeftInBin<'a> {
 }
 
 impl LeftInBin<'_> {
-    /// Real and imaginary part along each axis, m/s.
-    pub(super) fn left(&self) -> &Reading {
-        self.left
-    }
-
     /// Returns the whitened residual.
     pub(super) fn white(&self) -> [Complex<f64>; 3] {
         let [force, acceleration] = self.noise;

@@ -13,6 +13,9 @@ use crate::stream::Stage;
 
 /// Relative change of a reading as a joint moves, 1/rad (1/m). Chosen: a turn by an angle turns the reading by as much.
 const PER_MOVEMENT: f32 = 1.0;
+/// Largest square of a first order, in that of the reading. Chosen: an order that is as much smaller as a tenth is less than a hundredth of the
+/// reading. A model that makes it larger is a wrong one.
+const LARGEST: f32 = 0.01;
 
 /// Reading of the parts of a record beyond that at their mean poses. Empty where the robot stands.
 #[derive(Clone, Debug)]
@@ -26,15 +29,10 @@ pub(crate) struct Movement<const B: usize> {
 impl<const B: usize> Movement<B> {
     pub(crate) const NONE: Self = Self { order: Spectrum::EMPTY, left: [const { Vec::new() }; 3] };
 
-    /// Movement before there is a model: the pose is anywhere along the movement with the same probability, and the error as likely along each axis.
+    /// Movement before there is a model.
     pub(super) fn without_a_model(acceleration: &Spectrum<B>, path: &[Stage]) -> Self {
         let each = acceleration.re[0].len() / path.len();
-        let error = |bin: usize| {
-            let moves = PER_MOVEMENT * path[bin / each].moves as f32;
-            let parts = acceleration.re.iter().chain(&acceleration.im);
-            let square: f32 = parts.map(|part| part[bin] * part[bin]).sum();
-            moves * moves / 12.0 * square / 3.0
-        };
+        let error = |bin: usize| all_of(acceleration, &path[bin / each], bin);
         let left = core::array::from_fn(|_| (0..each * path.len()).map(error).collect());
         Self { left, ..Self::NONE }
     }
@@ -47,19 +45,35 @@ impl<const B: usize> Movement<B> {
         }));
     }
 
-    /// Takes the next order in the bins of a part to be as much smaller than the first as that is than the reading.
+    /// Takes the next order in the bins of a part to be as much smaller than the first as that is than the reading. Where the first is not small, it is
+    /// not that of the robot.
     pub(crate) fn leave_next_order(&mut self, experiment: &Experiment<B>, bins: Range<usize>) {
+        let Experiment { acceleration, path, .. } = experiment;
         let of = |spectrum: &Spectrum<B>| {
             bins.clone().flat_map(|bin| squares(spectrum, bin)).sum::<f32>()
         };
-        let smaller = of(&self.order) / of(&experiment.acceleration).max(f32::MIN_POSITIVE);
-        for bin in bins.clone() {
-            for (left, square) in self.left.iter_mut().zip(squares(&self.order, bin)) {
+        let smaller = of(&self.order) / of(acceleration).max(f32::MIN_POSITIVE);
+        let stage = &path[bins.start / bins.len()];
+        for bin in bins {
+            let mut left = squares(&self.order, bin).map(|square| smaller * square);
+            if smaller > LARGEST {
+                left = [all_of(acceleration, stage, bin); 3];
+                self.order.re.iter_mut().chain(&mut self.order.im).for_each(|own| own[bin] = 0.0);
+            }
+            for (own, left) in self.left.iter_mut().zip(left) {
                 // There is room: the experiment has as many bins.
-                let _ = left.push(smaller * square);
+                let _ = own.push(left);
             }
         }
     }
+}
+
+/// Mean square of the reading of a bin by a movement that no model tells, per axis, (m/s)²: the pose is anywhere along the movement with the same
+/// probability, and the error as likely along each axis.
+fn all_of<const B: usize>(acceleration: &Spectrum<B>, stage: &Stage, bin: usize) -> f32 {
+    let moves = PER_MOVEMENT * stage.moves as f32;
+    let square: f32 = squares(acceleration, bin).iter().sum();
+    moves * moves / 12.0 * square / 3.0
 }
 
 /// Square of each axis in a bin.

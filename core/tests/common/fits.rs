@@ -55,12 +55,13 @@ pub(crate) fn settle(
     go_on(identifier, experiments)
 }
 
-/// Works with renewed experiments until there is nothing left to do.
+/// Works with renewed experiments until there is nothing left to do. The movement of the model goes into copies of them.
 pub(crate) fn go_on(
     identifier: &mut Identifier<Generator>,
     experiments: &[Experiment<BINS>],
 ) -> Estimate {
-    while identifier.step(experiments) != Phase::Settled {}
+    let mut experiments = experiments.to_vec();
+    while identifier.step(&mut experiments) != Phase::Settled {}
     identifier.estimate().expect("a settled identifier has an estimate").clone()
 }
 

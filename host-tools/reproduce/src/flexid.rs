@@ -37,7 +37,7 @@ pub fn identify(study: &Study, robot: &Robot, seed: u64, level: Level) -> Vec<Bu
     let (chain, bounds) = (study.chain.clone(), *study.bounds());
     let mut identifier = Box::new(Identifier::new(chain, bounds, measurement, level, rng));
     identifier.renew(&experiments);
-    while !matches!(identifier.step(&experiments), Phase::Settled | Phase::Waiting) {}
+    while !matches!(identifier.step(&mut experiments), Phase::Settled | Phase::Waiting) {}
     match identifier.estimate() {
         Some(estimate) => estimate.bushings.to_vec(),
         None => bounds.bushings(&vec![0.5; study.parameters()]).unwrap_or_default().to_vec(),

@@ -131,7 +131,7 @@ impl Reference {
     fn identify(&self, records: &[Record<SAMPLES>]) -> Result<()> {
         let start = Instant::now();
         let band_hz = self.scenario.measurement.band_hz;
-        let experiments: Vec<_> =
+        let mut experiments: Vec<_> =
             records.iter().map(|one| self.experiment(one, band_hz)).collect::<Result<_>>()?;
         let mut identifier = Box::new(Identifier::new(
             self.chain.clone(),
@@ -141,7 +141,7 @@ impl Reference {
             Xoshiro256PlusPlus::seed_from_u64(1),
         ));
         identifier.renew(&experiments);
-        while identifier.step(&experiments) != Phase::Settled {}
+        while identifier.step(&mut experiments) != Phase::Settled {}
         let seconds = start.elapsed().as_secs_f64();
         let (estimate, progress) = (identifier.estimate(), identifier.progress());
         let estimate = estimate.context("the identification came to no estimate")?;

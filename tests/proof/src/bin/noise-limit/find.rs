@@ -81,10 +81,10 @@ pub(crate) fn settled(
     records: &[Record],
     random: Xoshiro256PlusPlus,
 ) -> Result<Box<Identifier<Xoshiro256PlusPlus>>> {
-    let experiments = experiments(task, records)?;
+    let mut experiments = experiments(task, records)?;
     let mut identifier = task.identifier(random)?;
     identifier.renew(&experiments);
-    while identifier.step(&experiments) != Phase::Settled {}
+    while identifier.step(&mut experiments) != Phase::Settled {}
     Ok(identifier)
 }
 
@@ -129,13 +129,13 @@ pub(crate) fn settled_on_plant(
 pub(crate) fn find_from(
     task: &Task,
     accuracies: &Accuracies,
-    experiments: Vec<Experiment<BINS>>,
+    mut experiments: Vec<Experiment<BINS>>,
     random: Xoshiro256PlusPlus,
 ) -> Result<Found> {
     if accuracies.are_perfect() {
         let mut identifier = task.identifier(random)?;
         identifier.renew(&experiments);
-        while identifier.step(&experiments) != Phase::Settled {}
+        while identifier.step(&mut experiments) != Phase::Settled {}
         let estimate = identifier.estimate().context("a settled identifier without an estimate")?;
         return Ok(Found::new(estimate, identifier.progress().effort.starts));
     }
@@ -155,7 +155,7 @@ fn settled_on_plant_from(
     let mut plant = Box::new(Plant::new(accuracies, task.chain));
     identifier.renew(&experiments);
     for round in 0.. {
-        while identifier.step_on_plant(&experiments, &mut plant) != Phase::Settled {}
+        while identifier.step_on_plant(&mut experiments, &mut plant) != Phase::Settled {}
         let found = identifier.estimate_of_plant(&experiments, &mut plant, || true);
         let found = found.context("a settled identifier without an estimate")?;
         if round == MAX_NOISE_ROUNDS

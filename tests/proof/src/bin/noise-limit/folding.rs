@@ -196,7 +196,7 @@ fn month(study: &Study, cuts: &[Vec<Cut>], robot: u64) -> Result<Month> {
             }
             if kept.len() == poses {
                 identifier.renew(&kept);
-                while identifier.step(&kept) != Phase::Settled {}
+                while identifier.step(&mut kept) != Phase::Settled {}
             }
         }
     }

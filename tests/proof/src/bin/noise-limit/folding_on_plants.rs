@@ -90,7 +90,7 @@ fn outcome(study: &Study, robot: u64, details: bool) -> Result<Outcome> {
         }
         let made = records.iter().map(|one| experiment(&study.chain, &study.measurement, one));
         kept = made.collect::<Result<Vec<_>>>()?;
-        let found = settled(&mut identifier, &kept, &mut plant)?;
+        let found = settled(&mut identifier, &mut kept, &mut plant)?;
         first.get_or_insert_with(|| Found::new(&found.estimate, 0));
         last = Some(found);
     }
@@ -124,7 +124,7 @@ fn outcome(study: &Study, robot: u64, details: bool) -> Result<Outcome> {
 /// The estimate of a plant from these experiments.
 fn settled(
     identifier: &mut Identifier<Xoshiro256PlusPlus>,
-    kept: &[Experiment<BINS>],
+    kept: &mut [Experiment<BINS>],
     plant: &mut Plant,
 ) -> Result<PlantEstimate> {
     identifier.renew(kept);
