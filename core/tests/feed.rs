@@ -38,7 +38,7 @@ const BACK: Feed = Feed { start: [0.645, -0.936], rates: [-0.05, 0.04] };
 /// Delay of angles, s.
 const LATE: f64 = 0.05;
 /// Standard deviation of the noise of a sample: N, m/s².
-const NOISE: [f64; 2] = [0.1, 0.01];
+const NOISE: [f64; 2] = [0.02, 0.002];
 
 /// The scenario's first two joints, with a tool.
 fn chain() -> Chain {
@@ -212,8 +212,7 @@ fn a_robot_is_identified_while_it_feeds() {
     thread::Builder::new().stack_size(STACK).spawn(run).unwrap().join().unwrap();
 }
 
-/// The mean pose of a part alone lacks what the movement adds, which looks like damping: at 0.05 rad/s the mean square of the errors, in standard
-/// deviations, is 3. With the movement of the model it is 1; that of 96 independent errors is beyond 1.5 once in 2,000 times.
+/// The mean pose of a part alone lacks what the movement adds, which looks like damping. With the movement of the model it is 1; that of 96 independent errors is beyond 1.5 once in 2,000 times.
 #[test]
 fn what_a_robot_reads_as_it_moves_on_is_in_the_model() {
     let run = || {
@@ -231,7 +230,7 @@ fn what_a_robot_reads_as_it_moves_on_is_in_the_model() {
             all.iter().map(|error| error * error).sum::<f64>() / all.len() as f64
         };
         let (without, with) = (mean_square(false), mean_square(true));
-        assert!(without > 2.0 && with < 1.5, "{without} without, {with} with the movement");
+        assert!(without > 10.0 && with < 1.5, "{without} without, {with} with the movement");
     };
     thread::Builder::new().stack_size(STACK).spawn(run).unwrap().join().unwrap();
 }

@@ -3,7 +3,7 @@
 //! The sag is held; [`sag`](super::sag) adds what follows from its change. The change of the stiffness due to gravity is left out.
 
 use heapless::Vec;
-use nalgebra::Matrix3;
+use nalgebra::{Matrix3, Vector3};
 
 use super::super::model::Model;
 use crate::chain::from_parent::FromParent;
@@ -98,6 +98,26 @@ impl Change {
         let rates = both.map(|(start, end)| FromParentChange::between(start, end, seconds));
         let tip = Tip::between(&start.terms, &end.terms, seconds);
         Self { from_parent: rates.enumerate().collect(), tip: Some(tip), ..Self::NONE }
+    }
+}
+
+impl Change {
+    /// Spin of each link of a model that changes so by time, along its own axes, rad/s: with the rotation R from the link before,
+    /// `Ṙ Rᵀ = −[ω×]` is that relative to it.
+    pub(super) fn spins(&self, model: &Model) -> Vec<Vector3<f64>, MAX_JOINTS> {
+        let mut spin = Vector3::zeros();
+        let of_link = |(x, (_, change)): (&FromParent, &(usize, FromParentChange))| {
+            let rate = Matrix3::from_fn(|i, j| change.rotation[i][j]);
+            let turn = -rate * x.rotation.transpose();
+            let twice = Vector3::new(
+                turn[(2, 1)] - turn[(1, 2)],
+                turn[(0, 2)] - turn[(2, 0)],
+                turn[(1, 0)] - turn[(0, 1)],
+            );
+            spin = x.rotation * spin + 0.5 * twice;
+            spin
+        };
+        model.from_parent.iter().zip(&self.from_parent).map(of_link).collect()
     }
 }
 

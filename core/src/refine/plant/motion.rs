@@ -15,7 +15,7 @@ use super::change::{Block, FromParentChange, Tip};
 use crate::receptance::lanes::Lanes;
 use crate::receptance::{Complex, PACKED, PerDof, Rates, Response, Terms, ToolTerms, at, bushing};
 use crate::{DOF, MAX_JOINTS};
-use nalgebra::Matrix3;
+use nalgebra::{Matrix3, Matrix6, Vector3};
 
 pub(super) type Column<V> = [Complex<V>; DOF];
 
@@ -157,6 +157,47 @@ impl<V: Lanes<Scalar = f64>> Motions<V> {
             inert = inert * s2;
             for (derivative, own) in derivative.iter_mut().zip(&self.per_observation) {
                 *derivative = derivative.sub_mul(own.displacements[joint][i], inert);
+            }
+        }
+    }
+
+    /// `−η̂ᵀ s G η` of a link with this spin ω, rad/s, along its own axes. With the mass m, the centre of mass c and the second moments
+    /// `S = Σ m p pᵀ`, the Coriolis load G of a displacement with the rates ḋ and φ̇ is
+    ///
+    /// ```text
+    /// force 2 m ω × (ḋ + φ̇ × c)          torque 2 m c × (ω × ḋ) − 2 φ̇ × S ω
+    /// ```
+    #[inline(always)]
+    pub(super) fn add_coriolis(
+        &self,
+        joint: usize,
+        inertia: &[f64; PACKED],
+        spin: &Vector3<f64>,
+        s: Complex<V>,
+        derivative: &mut [Complex<V>; 3],
+    ) {
+        let block = |row: usize| {
+            Matrix3::from_fn(|i, j| inertia[at((row + i).max(3 + j), (row + i).min(3 + j))])
+        };
+        // −m [c×], and the moments of inertia about the origin of the joint.
+        let (mass, centre, moments) = (inertia[0], block(0), block(3));
+        let second_moments = Matrix3::identity() * (0.5 * moments.trace()) - moments;
+        let turn = spin.cross_matrix();
+        let mut g = Matrix6::zeros();
+        g.fixed_view_mut::<3, 3>(0, 0).copy_from(&(2.0 * mass * turn));
+        g.fixed_view_mut::<3, 3>(0, 3).copy_from(&(2.0 * turn * centre));
+        g.fixed_view_mut::<3, 3>(3, 0).copy_from(&(-2.0 * centre * turn));
+        let of_moments = (second_moments * spin).cross_matrix();
+        g.fixed_view_mut::<3, 3>(3, 3).copy_from(&(2.0 * of_moments));
+        let displacement = &self.of_record.displacements[joint];
+        for i in 0..DOF {
+            let mut load = Complex::zero(s.re);
+            for (j, displacement) in displacement.iter().enumerate() {
+                load = load.add_mul_real(*displacement, s.re.fill(g[(i, j)]));
+            }
+            load = load * s;
+            for (derivative, own) in derivative.iter_mut().zip(&self.per_observation) {
+                *derivative = derivative.sub_mul(own.displacements[joint][i], load);
             }
         }
     }

@@ -6,12 +6,12 @@
 //! exceeds that at the mean pose by
 //!
 //! ```text
-//! Δ = −λ(d/dt)ᵀ (t Ż x) = t Ȧ + ∂B(σ, s)/∂σ at σ = s          B(σ, s) = −λ(σ)ᵀ Ż x(s)
+//! Δ = −λ(d/dt)ᵀ (t Ż x) + C = t Ȧ + ∂B(σ, s)/∂σ + C at σ = s          B(σ, s) = −λ(σ)ᵀ Ż x(s)
 //! ```
 //!
 //! Ȧ is the derivative of the reading by time as the pose changes: B(s, s), and what the turning axes of the sensors add. Over the length T of the
-//! part, t is a sawtooth, whose spectrum n bins from the mean is `i T/(2π n)`. What this leaves at the ends of the part is the seam's. Coriolis
-//! forces are left out: they do not grow at a resonance.
+//! part, t is a sawtooth, whose spectrum n bins from the mean is `i T/(2π n)`. What this leaves at the ends of the part is the seam's. C is due
+//! to the Coriolis acceleration 2 ω × v: of the links, and of the accelerometer, which reads `2 ω × A/s`.
 //!
 //! Δ is subtracted from the reading. The next order is taken to be as much smaller than Δ as Δ is than the reading A. It adds to the noise, with the
 //! mean square `|Δ|² Σ|Δ|²/Σ|A|²`, the sums over the part.
@@ -21,6 +21,7 @@
 use core::f64::consts::TAU;
 
 use heapless::Vec;
+use nalgebra::Matrix3;
 
 use super::super::batch::{Batch, Bins, spill};
 use super::super::equations::{Reading, seam_loads};
@@ -32,7 +33,7 @@ use super::columns::{force_that_cuts, of_change};
 use super::motion::Motions;
 use crate::MAX_JOINTS;
 use crate::receptance::lanes::{Kernel, Lanes, Precision};
-use crate::receptance::{Complex, Response};
+use crate::receptance::{Complex, Observation, Response};
 use crate::sought::Coordinates;
 use crate::spectrum::{Experiment, Movement, Part, Site, Spectrum};
 
@@ -62,17 +63,17 @@ impl Refinement {
             let [start, model, end] = [at(-0.5)?, at(0.0)?, at(0.5)?];
             let bins = Bins::of(experiment, &part);
             let (seam, _) = self.workspace.fit_seam(problem, &model, bins.clone());
-            let [mut rate, mut by_frequency] = [const { Spectrum::<B>::EMPTY }; 2];
+            let [mut rate, mut constant] = [const { Spectrum::<B>::EMPTY }; 2];
             let take = &mut |values: &[Reading; 2]| {
                 rate.push(&values[0]);
-                by_frequency.push(&values[1]);
+                constant.push(&values[1]);
             };
             let change = Change::of_pose([&start, &end], length);
             let passing = Passing { model: &model, change, bins, seam: &seam, take };
             f64::dispatch(problem.level, passing);
             for bin in 0..part.bins.len() {
                 let (mut order, swept) =
-                    (by_frequency.at(bin), swept(&rate, bin, experiment.first_bin, length));
+                    (constant.at(bin), swept(&rate, bin, experiment.first_bin, length));
                 for (order, swept) in order.as_flattened_mut().iter_mut().zip(swept.as_flattened())
                 {
                     *order += swept;
@@ -101,7 +102,7 @@ fn swept<const B: usize>(spectrum: &Spectrum<B>, bin: usize, first: usize, lengt
     sum
 }
 
-/// Calls `take` with Ȧ and ∂B/∂σ in each bin of a part.
+/// Calls `take` with Ȧ and with `∂B/∂σ + C` in each bin of a part.
 struct Passing<'a> {
     model: &'a Model,
     /// Derivative of the model by time.
@@ -118,6 +119,14 @@ impl Kernel<f64> for Passing<'_> {
     fn run<V: Lanes<Scalar = f64>>(self, like: V) {
         let Self { model, change, bins, seam, take } = self;
         let turning = Change { from_parent: change.from_parent.clone(), ..Change::NONE };
+        let spins = change.spins(model);
+        let mut of_sensor = Matrix3::zeros();
+        if let Observation::Acceleration { translation, .. } = &model.terms.observation
+            && let Some(spin) = spins.last()
+        {
+            let axes = Matrix3::from_fn(|axis, i| translation[axis][i]);
+            of_sensor = (axes * spin).cross_matrix();
+        }
         let mut response = Response::new(like);
         for first in (0..bins.bins()).step_by(V::WIDTH) {
             let batch = Batch::new(like, &bins, model, first);
@@ -139,12 +148,22 @@ impl Kernel<f64> for Passing<'_> {
             }
             let [below, above] = [below, above]
                 .map(|side| of_change(&turning, &response, model, batch.s, &cut, &side));
-            let by_frequency: [Complex<V>; 3] =
+            let mut constant: [Complex<V>; 3] =
                 core::array::from_fn(|axis| (above[axis] - below[axis]) * per_step);
-            let [rate, by_frequency] = [rate, by_frequency].map(|own| own.map(spill));
+            for (joint, (own, spin)) in model.terms.joints.iter().zip(&spins).enumerate() {
+                motions.add_coriolis(joint, &own.inertia, spin, batch.s, &mut constant);
+            }
+            let velocity = response.observed.map(|own| own * batch.inverse_s);
+            for (axis, constant) in constant.iter_mut().enumerate() {
+                for (other, velocity) in velocity.iter().enumerate() {
+                    let turn = like.fill(2.0 * of_sensor[(axis, other)]);
+                    *constant = constant.add_mul_real(*velocity, turn);
+                }
+            }
+            let [rate, constant] = [rate, constant].map(|own| own.map(spill));
             for lane in 0..V::WIDTH.min(bins.bins() - first) {
                 take(
-                    &[&rate, &by_frequency]
+                    &[&rate, &constant]
                         .map(|own| own.each_ref().map(|[re, im]| [re[lane], im[lane]])),
                 );
             }
@@ -156,6 +175,8 @@ impl Kernel<f64> for Passing<'_> {
 mod tests {
     use std::boxed::Box;
     use std::vec::Vec as List;
+
+    use nalgebra::Vector3;
 
     use super::*;
     use crate::refine::modelled;
@@ -209,22 +230,31 @@ mod tests {
             modelled::perfect(&problem, &sought.coordinates(&bushings()), site).unwrap()
         }
 
+        /// Reading at s after a time from the middle of the part, to the force of a bin.
+        fn reading(&self, bin: usize, s: Complex<f64>, time: f64) -> [Complex<f64>; 3] {
+            let mut response = Response::new(0.0);
+            let force = core::array::from_fn(|axis| Complex {
+                re: f64::from(self.experiment.force.re[axis][bin]),
+                im: f64::from(self.experiment.force.im[axis][bin]),
+            });
+            response.evaluate(&self.model(time).terms, s, &force, None);
+            response.observed
+        }
+
         /// Ȧ at s to the force of a bin, by a difference of the recursion alone.
         fn rate(&self, bin: usize, s: Complex<f64>) -> [Complex<f64>; 3] {
             let step = 1e-3;
-            let [before, after] = [-step, step].map(|time| {
-                let mut response = Response::new(0.0);
-                let force = core::array::from_fn(|axis| Complex {
-                    re: f64::from(self.experiment.force.re[axis][bin]),
-                    im: f64::from(self.experiment.force.im[axis][bin]),
-                });
-                response.evaluate(&self.model(time).terms, s, &force, None);
-                response.observed
-            });
+            let [before, after] = [-step, step].map(|time| self.reading(bin, s, time));
             core::array::from_fn(|axis| (after[axis] - before[axis]).scale(0.5 / step))
         }
 
-        /// What is called Ȧ and ∂B/∂σ in each bin.
+        /// Spin of the last link, along its own axes, rad/s: its joint turns about y, the one before about z.
+        fn spin(&self) -> Vector3<f64> {
+            let model = self.model(0.0);
+            model.from_parent[1].rotation * (Vector3::z() * RATES[0]) + Vector3::y() * RATES[1]
+        }
+
+        /// What is called Ȧ and `∂B/∂σ + C` in each bin.
         fn passing(&self) -> List<[Reading; 2]> {
             let mut values = List::new();
             let (start, end) = (self.model(-0.1), self.model(0.1));
@@ -263,17 +293,20 @@ mod tests {
     }
 
     /// The robot is reciprocal: where force and reading share an axis, `B/σ²` does not change if σ and s are swapped, so that
-    /// `∂B/∂σ = Ȧ/s + ½ dȦ/ds`.
+    /// `∂B/∂σ = Ȧ/s + ½ dȦ/ds`. Coriolis forces do no work: along that axis the links read nothing of them.
     #[test]
-    fn the_derivative_by_frequency_is_that_of_a_reciprocal_robot() {
+    fn the_constant_part_is_that_of_a_reciprocal_robot() {
         for push in 0..3 {
             let fed = Fed::new(push);
-            for (bin, [_, by_frequency]) in fed.passing().iter().enumerate() {
+            for (bin, [_, constant]) in fed.passing().iter().enumerate() {
                 let (s, step) = (fed.s(bin), 1e-5);
                 let at = |step: f64| fed.rate(bin, s.scale(1.0 + step))[fed.push];
                 let slope = (at(step) - at(-step)) * s.reciprocal().scale(0.5 / step);
-                let expected = at(0.0) * s.reciprocal() + slope.scale(0.5);
-                let apart = apart(by_frequency[push], expected);
+                let [a, b] = [1, 2].map(|next| (push + next) % 3);
+                let (reading, spin) = (fed.reading(bin, s, 0.0), fed.spin());
+                let coriolis = reading[b].scale(2.0 * spin[a]) - reading[a].scale(2.0 * spin[b]);
+                let expected = (at(0.0) + coriolis) * s.reciprocal() + slope.scale(0.5);
+                let apart = apart(constant[push], expected);
                 let size = libm::sqrt(expected.square());
                 assert!(apart < 1e-2 * size, "bin {bin}, axis {push}: {apart} of {size}");
             }
