@@ -7,7 +7,6 @@ use core::ops::Range;
 
 use heapless::Vec;
 
-use super::experiment::Experiment;
 use super::signals::Spectrum;
 use crate::stream::Stage;
 
@@ -37,23 +36,18 @@ impl<const B: usize> Movement<B> {
         Self { left, ..Self::NONE }
     }
 
-    /// Takes the first order of the next bin of an experiment.
-    pub(crate) fn push(&mut self, experiment: &Experiment<B>, order: &[[f64; 2]; 3]) {
-        // Nothing is read along an axis that is not measured.
-        self.order.push(&core::array::from_fn(|axis| {
-            if experiment.measures(axis) { order[axis] } else { [0.0; 2] }
-        }));
-    }
-
     /// Takes the next order in the bins of a part to be as much smaller than the first as that is than the reading. Where the first is not small, it is
     /// not that of the robot.
-    pub(crate) fn leave_next_order(&mut self, experiment: &Experiment<B>, bins: Range<usize>) {
-        let Experiment { acceleration, path, .. } = experiment;
+    pub(crate) fn leave_next_order(
+        &mut self,
+        acceleration: &Spectrum<B>,
+        stage: &Stage,
+        bins: Range<usize>,
+    ) {
         let of = |spectrum: &Spectrum<B>| {
             bins.clone().flat_map(|bin| squares(spectrum, bin)).sum::<f32>()
         };
         let smaller = of(&self.order) / of(acceleration).max(f32::MIN_POSITIVE);
-        let stage = &path[bins.start / bins.len()];
         for bin in bins {
             let mut left = squares(&self.order, bin).map(|square| smaller * square);
             if smaller > LARGEST {

@@ -52,7 +52,8 @@ impl Refinement {
         record: usize,
     ) -> Option<Movement<B>> {
         let (mut movement, length) = (Movement::NONE, experiment.length());
-        for part in experiment.parts() {
+        let is_measured: [bool; 3] = core::array::from_fn(|axis| experiment.measures(axis));
+        for (part, stage) in experiment.parts().zip(&experiment.path) {
             let at = |side: f64| {
                 let pose = part.site.pose.iter().zip(part.site.rates);
                 let pose = pose.map(|(q, rate)| q + side * rate * length);
@@ -78,9 +79,13 @@ impl Refinement {
                 {
                     *order += swept;
                 }
-                movement.push(experiment, &order);
+                // Nothing is read along an axis that is not measured.
+                for axis in (0..3).filter(|axis| !is_measured[*axis]) {
+                    order[axis] = [0.0; 2];
+                }
+                movement.order.push(&order);
             }
-            movement.leave_next_order(experiment, part.bins);
+            movement.leave_next_order(&experiment.acceleration, stage, part.bins);
         }
         Some(movement)
     }
