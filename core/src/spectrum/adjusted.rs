@@ -54,6 +54,11 @@ impl<const B: usize> Experiment<B> {
         }
     }
 
+    /// Takes the movement in the parts as told by the model, as the fit to the record will: nothing is left of it.
+    pub fn tell_movement(&mut self) {
+        self.movement.left.iter_mut().for_each(|left| left.fill(0.0));
+    }
+
     /// Puts back the movement that was subtracted from the acceleration, and subtracts this. Returns the sums of the squares of two changes over all
     /// bins: of the reading in standard deviations of its noise, and of the mean square of the noise in itself.
     pub(crate) fn replace_movement(&mut self, movement: Movement<B>) -> [f64; 2] {
