@@ -131,7 +131,7 @@ const PART: &str = "0.01 is 1 %";
 /// | mass                        | 2 %                | assumed: CAD without cables, grease and paint                       |
 /// | centre of mass              | 5 mm               | assumed, for the same reason                                        |
 /// | joint angle                 | 1 mrad (0.06°)     | mastered robots: Nubiola and Bonev, 2013                            |
-/// | delay of the joint angles   | 10 ms              | assumed: two cycles of a controller (RSI, EGM 4 ms; RTDE 2 ms). The fit takes angles in time for 8 ms late (`tests/README.md`) |
+/// | delay of the joint angles   | 10 ms              | assumed: two cycles of a controller (RSI, EGM 4 ms; RTDE 2 ms). |
 /// | elastic centre              | 10 mm              | assumed: a bearing beside its gear                                  |
 /// | inertia                     | 5 %                | assumed: CAD of a link without its gears and motors                 |
 /// | hysteretic part             | 30 %               | bolted and geared joints: Nashif, Jones and Henderson, 1985         |
