@@ -84,7 +84,9 @@ impl Assumed<'_> {
         let problem = self.problem(&measurement, &[]);
         let mut plant = Box::new(Plant::new(&config.accuracies, chain));
         let mut refinement = Box::new(Refinement::new(sought, bushings));
-        let own = refinement.information_on_plant(&problem, experiment, basis, &mut plant).ok()?;
+        let mut experiment = Box::new(experiment.clone());
+        experiment.tell_movement();
+        let own = refinement.information_on_plant(&problem, &experiment, basis, &mut plant).ok()?;
         Knowledge::of(&own)
     }
 

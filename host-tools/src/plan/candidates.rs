@@ -132,9 +132,7 @@ impl Candidates<'_> {
         let mut buffer = Box::new([0.0; SAMPLES]);
         let spectra =
             spectrum::Experiment::<BINS>::new(self.chain, &measurement, record, &mut buffer);
-        let mut spectra = Box::new(spectra.ok()?);
-        spectra.tell_movement();
-        self.assumed().of_experiment(&spectra, basis)
+        self.assumed().of_experiment(&Box::new(spectra.ok()?), basis)
     }
 
     /// The robot about which experiments say something.
