@@ -99,9 +99,7 @@ impl Change {
         let tip = Tip::between(&start.terms, &end.terms, seconds);
         Self { from_parent: rates.enumerate().collect(), tip: Some(tip), ..Self::NONE }
     }
-}
 
-impl Change {
     /// Spin of each link of a model that changes so by time, along its own axes, rad/s: with the rotation R from the link before,
     /// `Ṙ Rᵀ = −[ω×]` is that relative to it.
     pub(super) fn spins(&self, model: &Model) -> Vec<Vector3<f64>, MAX_JOINTS> {
