@@ -13,7 +13,8 @@
 use crate::linear::normal::Normal;
 use crate::linear::packed::packed;
 use crate::refine::Unexplained;
-use crate::spectrum::{Experiment, LEAST_EVEN};
+use crate::spectrum::Experiment;
+use crate::stream::LEAST_EVEN;
 
 /// Real unknowns of the response along one axis: G.
 const UNKNOWNS: usize = 6;

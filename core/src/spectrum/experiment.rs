@@ -15,7 +15,7 @@ use super::tone::{MAX_TONES, Tone};
 use super::{drift, fft};
 use crate::chain::Chain;
 use crate::noise::NoiseShape;
-use crate::stream::{MAX_PARTS, Record, Stage};
+use crate::stream::{LEAST_EVEN, MAX_PARTS, Record, Stage};
 
 /// A record is of no use if its force power in the band is at most this many times that of the noise. The fit weighs its estimate
 /// of the force as if no noise were left in it.
@@ -138,7 +138,11 @@ impl<const B: usize> Experiment<B> {
         let divided = stages.len();
         let even = || stages.iter().filter(|stage| stage.is_even);
         let path: Vec<Stage, MAX_PARTS> = even().cloned().collect();
-        if path.len() < part::LEAST_EVEN.min(divided) {
+        // One part alone does not tell how fast the robot moves.
+        if divided == 1 && !record.path.is_empty() {
+            return Err(SpectrumError::Bins(whole.len()));
+        }
+        if path.len() < LEAST_EVEN.min(divided) {
             return Err(SpectrumError::Uneven);
         }
         let length = samples / divided;

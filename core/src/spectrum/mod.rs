@@ -26,7 +26,6 @@ pub use cut_noise::{CutNoise, MAX_BANDS};
 pub use experiment::{Experiment, Kind, LEAST_FORCE};
 pub use measurement::Measurement;
 pub(crate) use movement::Movement;
-pub(crate) use part::LEAST_EVEN;
 pub use part::Part;
 pub use receptance::{MeasuredBin, MeasuredReceptance};
 pub use signals::{Spectrum, SpectrumError};

@@ -16,10 +16,6 @@ use crate::stream::{MAX_PARTS, Record, Stage};
 /// Fewest bins of a part; a narrower band has fewer parts. Chosen: their 96 real residuals are as many as a seam of seven joints has unknowns.
 const LEAST_BINS: usize = 16;
 
-/// Fewest even parts of a divided record. Chosen: with more than the three responses of a bin to the force they show what is noise there, as lines of
-/// the spindle.
-pub(crate) const LEAST_EVEN: usize = 4;
-
 /// Joint angles, rad (m).
 pub(super) type Pose = Vec<f64, MAX_JOINTS>;
 

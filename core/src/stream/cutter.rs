@@ -121,7 +121,7 @@ impl<const N: usize> Cutter<'_, N> {
         health: &mut StreamHealth,
         sink: &mut impl FnMut(&Record<N>),
     ) -> usize {
-        while samples >= Stretch::<N>::least(self.config) && self.stretch.cutting {
+        while samples >= self.stretch.shortest(self.config) && self.stretch.cutting {
             let of_record = self.config.record_samples.min(1 << samples.ilog2());
             self.emit(of_record, health, sink);
             samples -= of_record;

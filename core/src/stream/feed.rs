@@ -1,7 +1,7 @@
 //! A stretch along a path: whether the robot feeds, how long its records are, and where it is in their parts.
 
 use super::noise::BLOCK;
-use super::record::MAX_PARTS;
+use super::record::{LEAST_EVEN, MAX_PARTS};
 use super::stretch::Stretch;
 use super::{Record, StreamConfig};
 use crate::spectrum::fft::MIN_SAMPLES;
@@ -49,14 +49,21 @@ impl<const N: usize> Stretch<N> {
     /// Samples of the record along the path that is complete, if there is one.
     pub(super) fn fed(&self, config: &StreamConfig) -> Option<usize> {
         let known = self.pose.known(config.joints, self.came(), Self::notice(config));
-        let known = known.min(self.len());
-        if known >= config.record_samples {
+        // The part after the record is known, too, unless there is no room for it.
+        let most = if known < N { known * LEAST_PARTS / (LEAST_PARTS + 1) } else { N };
+        if most >= config.record_samples {
             return Some(config.record_samples);
         }
         let is_far = self.len().is_multiple_of(BLOCK)
-            && known >= Self::least(config)
-            && self.pose.moves(config.joints, known, 1) > WITHIN_RECORD;
-        is_far.then(|| 1 << known.ilog2())
+            && most >= self.shortest(config)
+            && self.pose.moves(config.joints, most, 1) > WITHIN_RECORD;
+        is_far.then(|| 1 << most.ilog2())
+    }
+
+    /// Least samples of the next record.
+    pub(super) fn shortest(&self, config: &StreamConfig) -> usize {
+        let of_feed = if self.feeds { LEAST_EVEN * MIN_SAMPLES } else { 0 };
+        Self::least(config).max(of_feed)
     }
 
     /// Number of equal parts of the oldest `samples` in each of which no joint moves by more than [`WITHIN_PART`], as far as parts may be short; at
@@ -77,7 +84,8 @@ impl<const N: usize> Stretch<N> {
         config: &StreamConfig,
         record: &mut Record<N>,
     ) -> bool {
-        let path = |parts| self.pose.path(config.joints, samples, parts, &config.angles);
+        let known = self.pose.known(config.joints, self.came(), Self::notice(config));
+        let path = |parts| self.pose.path(config, [samples, known], parts);
         record.path.clear();
         record.since_s = 0.0;
         record.pose = match self.feeds {

@@ -36,6 +36,7 @@ pub use health::{AngleHealth, StreamHealth};
 pub use invalid::{Invalid, Validity};
 use pose::Doubt;
 pub use pose::STATIC;
+pub(crate) use record::LEAST_EVEN;
 pub use record::{MAX_PARTS, Record, Stage};
 pub use sender::CYCLE_S;
 pub use setup::Setup;

@@ -9,7 +9,7 @@
 use heapless::Vec;
 
 use super::clock::SET_BACK_S;
-use super::config::AngleSignal;
+use super::config::{AngleSignal, StreamConfig};
 use super::record::{MAX_PARTS, Stage};
 use super::sender::{CYCLE_S, Rest, Sender};
 use super::track::Track;
@@ -349,35 +349,37 @@ impl Pose {
         track.step_after(from) > most || starts.any(is_fast)
     }
 
-    /// Stages in so many equal parts of the oldest `samples`.
+    /// Stages in so many equal parts of the oldest `samples`, where the track is known over the oldest `known`.
     pub(super) fn path(
         &self,
-        joints: usize,
-        samples: usize,
+        config: &StreamConfig,
+        [samples, known]: [usize; 2],
         parts: usize,
-        signals: &[AngleSignal; MAX_JOINTS],
     ) -> Vec<Stage, MAX_PARTS> {
         let length = samples as f64 / parts as f64;
-        let ends = |part: usize| [part as f64 * length, (part + 1) as f64 * length];
-        let angles = &self.angles[..joints];
+        let ends = |part: f64| [part * length, (part + 1.0) * length];
+        let angles = &self.angles[..config.joints];
         let rates = |part| angles.iter().map(move |angle| angle.track.rates(ends(part)));
-        let fastest =
-            (0..parts).flat_map(rates).flatten().fold(0.0, |most, own| own.abs().max(most));
+        let each = || (0..parts).map(|part| part as f64);
+        let fastest = each().flat_map(rates).flatten().fold(0.0, |most, own| own.abs().max(most));
         let is_even = |part| {
-            rates(part).zip(angles).zip(signals).all(|((rates, angle), signal)| {
-                let step = signal.resolution.max(angle.sender.step());
-                let [before, after] = rates;
-                (after - before).abs() <= UNEVEN * fastest + STEPS * step / length
-            })
+            let [from, to] = ends(part);
+            let is_known =
+                to <= known as f64 && angles.iter().all(|angle| angle.track.reaches(from));
+            let signals = angles.iter().zip(&config.angles);
+            is_known
+                && rates(part).zip(signals).all(|([before, after], (angle, signal))| {
+                    let step = signal.resolution.max(angle.sender.step());
+                    (after - before).abs() <= UNEVEN * fastest + STEPS * step / length
+                })
         };
-        // A ramp of the feed ends in the part beside it.
-        let beside = |part: usize| part.saturating_sub(1)..(part + 2).min(parts);
         let stage = |part| Stage {
             pose: angles.iter().map(|angle| angle.track.mean(ends(part))).collect(),
             moves: angles.iter().map(|angle| angle.track.extent(ends(part))).fold(0.0, f64::max),
-            is_even: beside(part).all(is_even),
+            // A ramp of the feed ends in the part beside it.
+            is_even: [part - 1.0, part, part + 1.0].into_iter().all(is_even),
         };
-        (0..parts).map(stage).collect()
+        each().map(stage).collect()
     }
 
     /// Mean angles.

@@ -9,6 +9,10 @@ use crate::noise::NoiseShape;
 /// Most parts of a record. Chosen: of 4.1 s each lasts 0.13 s.
 pub const MAX_PARTS: usize = 32;
 
+/// Fewest even parts of a divided record. Chosen: with more than the three responses of a bin to the force they show what is noise there, as lines of
+/// the spindle.
+pub(crate) const LEAST_EVEN: usize = 4;
+
 /// A part of a record along a path.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]

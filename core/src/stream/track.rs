@@ -33,6 +33,11 @@ impl Track {
         self.readings.last().map(|(_, angle)| *angle)
     }
 
+    /// Returns whether a reading shows where the joint was at a sample of the stretch or before.
+    pub(super) fn reaches(&self, sample: f64) -> bool {
+        self.readings.first().is_some_and(|(place, _)| *place <= self.first + sample)
+    }
+
     /// Takes note that the oldest `samples` of the stretch are gone.
     pub(super) fn discard(&mut self, samples: usize) {
         self.first += samples as f64;

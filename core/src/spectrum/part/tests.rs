@@ -152,10 +152,13 @@ fn a_part_in_which_the_robot_does_not_move_evenly_is_left_out() {
     assert!((divided.duration() - whole_s).abs() < 1e-12, "{} s", divided.duration());
 }
 
-/// 51 bins are 12 a part, fewer than the 16 that a part needs; two parts of 25 have enough. 30 are enough for one part.
+/// 51 bins are 12 a part, fewer than the 16 that a part needs; two parts of 25 have enough. 30 are enough for one part, which tells no rate.
 #[test]
 fn parts_are_merged_where_the_band_is_narrow() {
-    for (most_hz, parts) in [(60.0, 4), (30.0, 2), (20.0, 1)] {
+    let up_to_20_hz = Measurement { band_hz: [5.0, 20.0], ..measurement() };
+    let refused = experiment(&along(PARTS), &up_to_20_hz).err();
+    assert!(matches!(refused, Some(SpectrumError::Bins(bins)) if bins < 32), "{refused:?}");
+    for (most_hz, parts) in [(60.0, 4), (30.0, 2)] {
         let measurement = Measurement { band_hz: [5.0, most_hz], ..measurement() };
         let record = along(PARTS);
         let merged = experiment(&record, &measurement).unwrap();
