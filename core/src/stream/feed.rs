@@ -49,6 +49,7 @@ impl<const N: usize> Stretch<N> {
     /// Samples of the record along the path that is complete, if there is one.
     pub(super) fn fed(&self, config: &StreamConfig) -> Option<usize> {
         let known = self.pose.known(config.joints, self.came(), Self::notice(config));
+        let known = known.min(self.len());
         // The part after the record is known, too, unless there is no room for it.
         let most = if known < N { known * LEAST_PARTS / (LEAST_PARTS + 1) } else { N };
         if most >= config.record_samples {
