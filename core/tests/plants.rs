@@ -62,7 +62,7 @@ fn finish(
 ) -> PlantEstimate {
     let mut experiments = experiments.to_vec();
     while identifier.step_on_plant(&mut experiments, plant) != Phase::Settled {}
-    identifier.estimate_of_plant(&experiments, plant, || true).expect("it has settled")
+    identifier.estimate_of_plant(&mut experiments, plant, || true).expect("it has settled")
 }
 
 fn assert_right(found: &PlantEstimate, truth: &Bushings, step: usize) {
@@ -103,7 +103,7 @@ fn an_identifier_goes_on_from_any_step() {
                 assert_right(&finish(&mut renewed, &experiments, &mut plant.clone()), &truth, step);
                 while lost.step(&mut experiments) != Phase::Settled {}
                 let mut plant = plant.clone();
-                let found = lost.estimate_of_plant(&experiments, &mut plant, || true);
+                let found = lost.estimate_of_plant(&mut experiments, &mut plant, || true);
                 assert!(found.is_some(), "without a plant after {step}");
             }
         }

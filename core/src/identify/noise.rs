@@ -5,7 +5,7 @@ use heapless::Vec;
 use super::cut_noise;
 use super::shown::Shown;
 use super::{Estimate, Identifier, Phase, Purpose, lines, tones};
-use crate::refine::{Plant, Problem, Unexplained};
+use crate::refine::{Changes, Plant, Problem, Unexplained};
 use crate::search::MAX_EXPERIMENTS;
 use crate::sought::Coordinates;
 use crate::spectrum::Experiment;
@@ -15,7 +15,7 @@ use crate::verdict::FOREIGN;
 /// is without that bias, and the level of the noise follows.
 pub const MAX_NOISE_ROUNDS: u32 = 4;
 /// Change of an estimate for which the fit is made again, in its standard deviations. Chosen: an interval of 95 % then holds with 94.9 %.
-const SHIFT: f64 = 0.1;
+pub(super) const SHIFT: f64 = 0.1;
 /// Relative change of a standard deviation for which the fit is made again.
 const WIDENING: f64 = 0.05;
 
@@ -23,7 +23,8 @@ impl<R> Identifier<R> {
     /// Reads the noise in `experiments` again, from the residuals of a settled `estimate`, which is that of `plant`, if there is one, or else
     /// the identifier's own. Tones are subtracted. Without new ones, the level is raised where the cut has more noise than the rest.
     ///
-    /// The movement in the parts of the records becomes that of the model.
+    /// Without a plant, the movement in the parts of the records becomes that of the model; with one,
+    /// [`Identifier::estimate_of_plant`] has read it.
     ///
     /// Returns whether that changes the experiments; then they are to be [renewed](Identifier::renew_noise) and fitted again, up to
     /// [`MAX_NOISE_ROUNDS`] times. Nothing is changed where the noise that is assumed explains the residuals. The level stays where no
@@ -43,7 +44,7 @@ impl<R> Identifier<R> {
         if self.phase != Phase::Settled || !is_due {
             return false;
         }
-        let moves = self.read_movement(experiments, plant, &estimate.coordinates);
+        let moves = plant.is_none() && self.read_movement(experiments, &estimate.coordinates);
         let bins = experiments.iter().map(Experiment::bins).sum();
         let records = experiments.iter().take(MAX_EXPERIMENTS).enumerate();
         let shown: Vec<Shown, MAX_EXPERIMENTS> = records
@@ -57,31 +58,20 @@ impl<R> Identifier<R> {
             || estimate.consistency <= FOREIGN && cut_noise::replace(experiments, shown)
     }
 
-    /// Replaces the movement of the divided records by that of the model. Returns whether that may change an estimate by [`SHIFT`], or a standard
+    /// Replaces the movement of the divided records by that of the model at some coordinates. Returns whether that may change an estimate by [`SHIFT`], or a standard
     /// deviation by [`WIDENING`]. A change of the reading shifts no estimate by more than its norm, in standard deviations (Cauchy and Schwarz).
     #[inline(never)]
     pub(super) fn read_movement<const B: usize>(
         &mut self,
         experiments: &mut [Experiment<B>],
-        plant: Option<&Plant>,
         coordinates: &Coordinates,
     ) -> bool {
         let Self { chain, measurement, bounds, sought, statics, refinement, .. } = self;
         let problem = Problem { chain, measurement, bounds, sought, statics, level: self.level };
-        let (mut of_reading, mut of_noise, mut values) = (0.0, 0.0, 0.0);
-        for (record, experiment) in experiments.iter_mut().enumerate() {
-            if experiment.is_whole() {
-                continue;
-            }
-            let found = refinement.movement(&problem, coordinates, plant, experiment, record);
-            if let Some(movement) = found {
-                let changes = experiment.replace_movement(movement);
-                (of_reading, of_noise) = (of_reading + changes[0], of_noise + changes[1]);
-                values += (experiment.bins() * experiment.measured_axes()) as f64;
-            }
-        }
+        let changes = refinement.replace_movements(&problem, coordinates, None, experiments);
+        let Some(Changes { of_reading, of_noise, values }) = changes else { return false };
         let widening = (1.0 + WIDENING) * (1.0 + WIDENING) - 1.0;
-        of_reading > SHIFT * SHIFT || of_noise > widening * widening * values
+        of_reading > SHIFT * SHIFT || of_noise > widening * widening * values as f64
     }
 
     /// Gives divided experiments the movement of the model where the refinement of a start has ended, and goes on from there if that may change it, up
@@ -93,7 +83,7 @@ impl<R> Identifier<R> {
         let standing = *self.refinement.coordinates();
         let goes_on = matches!(self.purpose, Purpose::Start)
             && self.movements < MAX_NOISE_ROUNDS
-            && self.read_movement(experiments, None, &standing);
+            && self.read_movement(experiments, &standing);
         self.movements = if goes_on { self.movements + 1 } else { 0 };
         if goes_on {
             self.refinement.restart_at(&standing);

@@ -6,6 +6,7 @@ use heapless::Vec;
 
 use super::decision::MAX_PROLONGATIONS;
 use super::minimum::{Minimum, REACHED, structure_is_allowed_for};
+use super::noise::{MAX_NOISE_ROUNDS, SHIFT};
 use super::{Acceptance, Estimate, Identifier, Phase};
 use crate::imperfection::{FoundImperfection, Imperfection, MAX_IMPERFECTIONS};
 use crate::refine::{Explanation, MAX_EXPLANATIONS, Outcome, Plant, Problem};
@@ -49,14 +50,16 @@ pub struct PlantEstimate {
 }
 
 impl<R> Identifier<R> {
-    /// Refines the settled estimate together with the imperfections of `plant`. The identifier keeps its own estimate.
+    /// Refines the settled estimate together with the imperfections of `plant`. The identifier keeps its own estimate. The movement in the parts of
+    /// divided experiments becomes that of the plant.
+    ///
     /// Returns `None` without a settled estimate of experiments, and for a plant without imperfections or of other joints.
     /// `go_on` is asked before each step; once it says no, `None` is returned.
     // A fit is large: inlined, it would take room on the stack of the caller.
     #[inline(never)]
     pub fn estimate_of_plant<const B: usize>(
         &mut self,
-        experiments: &[Experiment<B>],
+        experiments: &mut [Experiment<B>],
         plant: &mut Plant,
         mut go_on: impl FnMut() -> bool,
     ) -> Option<PlantEstimate> {
@@ -73,12 +76,18 @@ impl<R> Identifier<R> {
         if !is_fitted {
             refinement.restart_plant_to(plant, experiments);
         }
-        let mut prolongations = 0;
+        let (mut prolongations, mut movements) = (0, 0);
         let ended = loop {
             if !go_on() {
                 break None;
             }
             if refinement.step_plant(&problem, experiments, plant) == Outcome::Improving {
+                continue;
+            }
+            if movements < MAX_NOISE_ROUNDS
+                && refinement.moves_plant(&problem, experiments, plant, SHIFT * SHIFT)
+            {
+                movements += 1;
                 continue;
             }
             let ended = refinement.fit_plant(&problem, experiments, plant);

@@ -40,10 +40,68 @@ use crate::spectrum::{Experiment, Movement, Part, Site, Spectrum};
 /// Step of σ, in s. Chosen: a resonance of 0.1 % damping bends B by a hundredth over it, and rounding changes the difference by 1e-11.
 const STEP: f64 = 1e-4;
 
+/// Changes of divided records by another movement, summed over bins and axes.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Changes {
+    /// Squares of the changes of the readings, in standard deviations of their noise.
+    pub(crate) of_reading: f64,
+    /// Squares of the relative changes of the noise.
+    pub(crate) of_noise: f64,
+    /// Number of the complex readings.
+    pub(crate) values: usize,
+}
+
 impl Refinement {
+    /// Replaces the movement of the divided records by that of the model at some coordinates, or where a plant stands, if there is one. `None` if no
+    /// record is divided. Where gravity leaves the robot no equilibrium, nothing changes.
+    #[inline(never)]
+    pub(crate) fn replace_movements<const B: usize>(
+        &mut self,
+        problem: &Problem<'_>,
+        coordinates: &Coordinates,
+        plant: Option<&Plant>,
+        experiments: &mut [Experiment<B>],
+    ) -> Option<Changes> {
+        let mut changes = None;
+        for (record, experiment) in experiments.iter_mut().enumerate() {
+            if experiment.is_whole() {
+                continue;
+            }
+            let Changes { of_reading, of_noise, values } = changes.get_or_insert_default();
+            let movement = self.movement(problem, coordinates, plant, experiment, record);
+            if let Some(movement) = movement {
+                let own = experiment.replace_movement(movement);
+                *of_reading += own[0];
+                *of_noise += own[1];
+                *values += experiment.bins() * experiment.measured_axes();
+            }
+        }
+        changes
+    }
+
+    /// Replaces the movement of the divided records by that of a plant where its fit has ended. Returns whether the fit then gains more than this by
+    /// its next step; if so, it goes on from there.
+    pub(crate) fn moves_plant<const B: usize>(
+        &mut self,
+        problem: &Problem<'_>,
+        experiments: &mut [Experiment<B>],
+        plant: &mut Plant,
+        least_gain: f64,
+    ) -> bool {
+        let coordinates = plant.coordinates();
+        if self.replace_movements(problem, &coordinates, Some(plant), experiments).is_none() {
+            return false;
+        }
+        plant.minimiser.renew();
+        let (domain, mut objective, minimiser, point) =
+            self.minimisation(problem, experiments, plant);
+        minimiser.linearise(&mut objective, point).is_ok()
+            && minimiser.remaining(&domain, point).gain > least_gain
+    }
+
     /// Movement of a divided record of this number, by the model at some coordinates, or where a plant stands, if there is one. `None` where gravity
     /// leaves the robot no equilibrium.
-    pub(crate) fn movement<const B: usize>(
+    fn movement<const B: usize>(
         &mut self,
         problem: &Problem<'_>,
         coordinates: &Coordinates,

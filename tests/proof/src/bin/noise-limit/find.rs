@@ -95,10 +95,10 @@ pub(crate) fn find_on_plant(
     records: &[Record],
     random: Xoshiro256PlusPlus,
 ) -> Result<Found> {
-    let OnPlant { mut identifier, experiments, mut plant, found } =
+    let OnPlant { mut identifier, mut experiments, mut plant, found } =
         settled_on_plant(task, accuracies, records, random)?;
     plant.adopt(true);
-    let adopted = identifier.estimate_of_plant(&experiments, &mut plant, || true);
+    let adopted = identifier.estimate_of_plant(&mut experiments, &mut plant, || true);
     let adopted = adopted.context("a plant that adopts without an estimate")?;
     let starts = identifier.progress().effort.starts;
     let tones = experiments.iter().map(|one| one.tones_hz().collect()).collect();
@@ -156,7 +156,7 @@ fn settled_on_plant_from(
     identifier.renew(&experiments);
     for round in 0.. {
         while identifier.step_on_plant(&mut experiments, &mut plant) != Phase::Settled {}
-        let found = identifier.estimate_of_plant(&experiments, &mut plant, || true);
+        let found = identifier.estimate_of_plant(&mut experiments, &mut plant, || true);
         let found = found.context("a settled identifier without an estimate")?;
         if round == MAX_NOISE_ROUNDS
             || !identifier.read_noise_again(&mut experiments, Some(&plant), &found.estimate)
