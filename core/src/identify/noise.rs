@@ -23,8 +23,8 @@ impl<R> Identifier<R> {
     /// Reads the noise in `experiments` again, from the residuals of a settled `estimate`, which is that of `plant`, if there is one, or else
     /// the identifier's own. Tones are subtracted. Without new ones, the level is raised where the cut has more noise than the rest.
     ///
-    /// Without a plant, the movement in the parts of the records becomes that of the model; with one,
-    /// [`Identifier::estimate_of_plant`] has read it.
+    /// Without a plant, the movement in the parts of the records becomes that of the model; with one, [`Identifier::estimate_of_plant`] has
+    /// read it.
     ///
     /// Returns whether that changes the experiments; then they are to be [renewed](Identifier::renew_noise) and fitted again, up to
     /// [`MAX_NOISE_ROUNDS`] times. Nothing is changed where the noise that is assumed explains the residuals. The level stays where no
@@ -58,8 +58,8 @@ impl<R> Identifier<R> {
             || estimate.consistency <= FOREIGN && cut_noise::replace(experiments, shown)
     }
 
-    /// Replaces the movement of the divided records by that of the model at some coordinates. Returns whether that may change an estimate by [`SHIFT`], or a standard
-    /// deviation by [`WIDENING`]. A change of the reading shifts no estimate by more than its norm, in standard deviations (Cauchy and Schwarz).
+    /// Replaces the movement of the divided records by that of the model at some coordinates. Returns whether that may change an estimate by
+    /// [`SHIFT`], or a standard deviation by [`WIDENING`]. A change of the reading shifts no estimate by more than its norm, in standard deviations (Cauchy and Schwarz).
     #[inline(never)]
     pub(super) fn read_movement<const B: usize>(
         &mut self,
