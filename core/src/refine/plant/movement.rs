@@ -31,11 +31,11 @@ use super::super::{Plant, Problem, Refinement};
 use super::change::Change;
 use super::columns::{force_that_cuts, of_change};
 use super::motion::Motions;
-use crate::MAX_JOINTS;
 use crate::receptance::lanes::{Kernel, Lanes, Precision};
 use crate::receptance::{Complex, Observation, Response};
 use crate::sought::Coordinates;
 use crate::spectrum::{Experiment, Movement, Part, Site, Spectrum};
+use crate::{DOF, MAX_JOINTS};
 
 /// Step of σ, in s. Chosen: a resonance of 0.1 % damping bends B by a hundredth over it, and rounding changes the difference by 1e-11.
 const STEP: f64 = 1e-4;
@@ -190,13 +190,15 @@ impl Kernel<f64> for Passing<'_> {
             let axes = Matrix3::from_fn(|axis, i| translation[axis][i]);
             of_sensor = (axes * spin).cross_matrix();
         }
+        // The impulse of a seam is inertial: no bushing bears it.
+        let borne = Seam { impulse: [[0.0; DOF]; MAX_JOINTS], ..*seam };
         let mut response = Response::new(like);
         for first in (0..bins.bins()).step_by(V::WIDTH) {
             let batch = Batch::new(like, &bins, model, first);
-            let loads = seam_loads(seam, batch.inverse_s);
+            let [loads, borne] = [seam, &borne].map(|own| seam_loads(own, batch.inverse_s));
             let motions_at = |s: Complex<V>, response: &mut Response<V>| {
                 response.evaluate(&model.terms, s, &batch.force, Some(&loads));
-                Motions::new(model, response, s, &loads)
+                Motions::new(model, response, s, &borne)
             };
             let [mut below, mut above] = [-STEP, STEP].map(|step| {
                 let s = batch.s.scale(like.fill(1.0 + step));
