@@ -12,7 +12,8 @@ pub(super) const TIMES_CONSISTENT: u32 = 2;
 /// structure. Chosen: of drawn six-joint arms one in eight reaches a wrong basin twice in a row.
 pub(super) const TIMES_SUSPECT: u32 = 4;
 /// Continuations of a refinement that has used up its steps short of the minimum, where noise explains the residuals; and of the last fit to a
-/// plant, whatever explains them. Chosen: a minimum that is not reached after five times the steps counts as it stands.
+/// plant, whatever explains them, also where the movement of the robot has changed. Chosen: a minimum that is not reached after five times the
+/// steps counts as it stands.
 pub(super) const MAX_PROLONGATIONS: u32 = 4;
 /// Searches that one change of the records may cost. Chosen: it bounds the time; then the best minimum is settled on, with its doubts.
 const MAX_STARTS: u32 = 8;

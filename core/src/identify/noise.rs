@@ -5,19 +5,17 @@ use heapless::Vec;
 use super::cut_noise;
 use super::shown::Shown;
 use super::{Estimate, Identifier, Phase, Purpose, lines, tones};
-use crate::refine::{Changes, Plant, Problem, Unexplained};
+use crate::refine::{Plant, Problem, Unexplained};
 use crate::search::MAX_EXPERIMENTS;
-use crate::sought::Coordinates;
 use crate::spectrum::Experiment;
 use crate::verdict::FOREIGN;
 
 /// Most fits that follow each other because the noise was read again. Chosen: a fit that strong tones have biased shows others; the second
 /// is without that bias, and the level of the noise follows.
 pub const MAX_NOISE_ROUNDS: u32 = 4;
-/// Change of an estimate for which the fit is made again, in its standard deviations. Chosen: an interval of 95 % then holds with 94.9 %.
-pub(super) const SHIFT: f64 = 0.1;
-/// Relative change of a standard deviation for which the fit is made again.
-const WIDENING: f64 = 0.05;
+/// Gain in the sum of squares for which a fit goes on with another movement. Chosen: it moves no estimate by more than a tenth of its standard
+/// deviation (Cauchy and Schwarz), and an interval of 95 % then holds with 94.9 %.
+pub(super) const MOVED: f64 = 0.01;
 
 impl<R> Identifier<R> {
     /// Reads the noise in `experiments` again, from the residuals of a settled `estimate`, which is that of `plant`, if there is one, or else
@@ -44,7 +42,11 @@ impl<R> Identifier<R> {
         if self.phase != Phase::Settled || !is_due {
             return false;
         }
-        let moves = plant.is_none() && self.read_movement(experiments, &estimate.coordinates);
+        let mut moves = false;
+        if plant.is_none() {
+            self.refinement.restart_at(&estimate.coordinates);
+            moves = self.follows_movement(experiments);
+        }
         let bins = experiments.iter().map(Experiment::bins).sum();
         let records = experiments.iter().take(MAX_EXPERIMENTS).enumerate();
         let shown: Vec<Shown, MAX_EXPERIMENTS> = records
@@ -58,37 +60,24 @@ impl<R> Identifier<R> {
             || estimate.consistency <= FOREIGN && cut_noise::replace(experiments, shown)
     }
 
-    /// Replaces the movement of the divided records by that of the model at some coordinates. Returns whether that may change an estimate by
-    /// [`SHIFT`], or a standard deviation by [`WIDENING`]. A change of the reading shifts no estimate by more than its norm, in standard deviations (Cauchy and Schwarz).
-    #[inline(never)]
-    pub(super) fn read_movement<const B: usize>(
-        &mut self,
-        experiments: &mut [Experiment<B>],
-        coordinates: &Coordinates,
-    ) -> bool {
-        let Self { chain, measurement, bounds, sought, statics, refinement, .. } = self;
-        let problem = Problem { chain, measurement, bounds, sought, statics, level: self.level };
-        let changes = refinement.replace_movements(&problem, coordinates, None, experiments);
-        let Some(Changes { of_reading, of_noise, values }) = changes else { return false };
-        let widening = (1.0 + WIDENING) * (1.0 + WIDENING) - 1.0;
-        of_reading > SHIFT * SHIFT || of_noise > widening * widening * values as f64
-    }
-
-    /// Gives divided experiments the movement of the model where the refinement of a start has ended, and goes on from there if that may change it, up
-    /// to [`MAX_NOISE_ROUNDS`] times. Returns whether it does.
+    /// Gives the divided records the movement of the model where the refinement of a start has ended, up to [`MAX_NOISE_ROUNDS`] times. Returns
+    /// whether the refinement goes on with it.
     pub(super) fn goes_on_moving<const B: usize>(
         &mut self,
         experiments: &mut [Experiment<B>],
     ) -> bool {
-        let standing = *self.refinement.coordinates();
-        let goes_on = matches!(self.purpose, Purpose::Start)
-            && self.movements < MAX_NOISE_ROUNDS
-            && self.read_movement(experiments, &standing);
+        let may_go_on = matches!(self.purpose, Purpose::Start) && self.movements < MAX_NOISE_ROUNDS;
+        let goes_on = may_go_on && self.follows_movement(experiments);
         self.movements = if goes_on { self.movements + 1 } else { 0 };
-        if goes_on {
-            self.refinement.restart_at(&standing);
-        }
         goes_on
+    }
+
+    /// Gives the divided records the movement of the model where the refinement stands. Returns whether the refinement gains by another step then.
+    #[inline(never)]
+    fn follows_movement<const B: usize>(&mut self, experiments: &mut [Experiment<B>]) -> bool {
+        let Self { chain, measurement, bounds, sought, statics, refinement, .. } = self;
+        let problem = Problem { chain, measurement, bounds, sought, statics, level: self.level };
+        refinement.follow_movement(&problem, None, experiments) > MOVED
     }
 
     /// Raises the noise at the lines of the divided records. Returns whether that changes it.

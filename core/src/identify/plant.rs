@@ -6,7 +6,7 @@ use heapless::Vec;
 
 use super::decision::MAX_PROLONGATIONS;
 use super::minimum::{Minimum, REACHED, structure_is_allowed_for};
-use super::noise::{MAX_NOISE_ROUNDS, SHIFT};
+use super::noise::MOVED;
 use super::{Acceptance, Estimate, Identifier, Phase};
 use crate::imperfection::{FoundImperfection, Imperfection, MAX_IMPERFECTIONS};
 use crate::refine::{Explanation, MAX_EXPLANATIONS, Outcome, Plant, Problem};
@@ -54,7 +54,7 @@ impl<R> Identifier<R> {
     /// divided experiments becomes that of the plant.
     ///
     /// Returns `None` without a settled estimate of experiments, and for a plant without imperfections or of other joints.
-    /// `go_on` is asked before each step; once it says no, `None` is returned.
+    /// `go_on` is asked before each step; once it says no, `None` is returned, and the movement may be that of a fit that has not ended.
     // A fit is large: inlined, it would take room on the stack of the caller.
     #[inline(never)]
     pub fn estimate_of_plant<const B: usize>(
@@ -76,7 +76,7 @@ impl<R> Identifier<R> {
         if !is_fitted {
             refinement.restart_plant_to(plant, experiments);
         }
-        let (mut prolongations, mut movements) = (0, 0);
+        let mut prolongations = 0;
         let ended = loop {
             if !go_on() {
                 break None;
@@ -84,15 +84,12 @@ impl<R> Identifier<R> {
             if refinement.step_plant(&problem, experiments, plant) == Outcome::Improving {
                 continue;
             }
-            if movements < MAX_NOISE_ROUNDS
-                && refinement.moves_plant(&problem, experiments, plant, SHIFT * SHIFT)
-            {
-                movements += 1;
-                continue;
-            }
+            let may_go_on = prolongations < MAX_PROLONGATIONS;
+            let has_moved = may_go_on
+                && refinement.follow_movement(&problem, Some(&mut *plant), experiments) > MOVED;
             let ended = refinement.fit_plant(&problem, experiments, plant);
             let Some((fit, remaining)) = &ended else { break None };
-            if remaining.gain > REACHED && prolongations < MAX_PROLONGATIONS && plant.prolong() {
+            if has_moved || may_go_on && remaining.gain > REACHED && plant.prolong() {
                 prolongations += 1;
                 continue;
             }

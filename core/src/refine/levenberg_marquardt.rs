@@ -103,6 +103,19 @@ impl<const L: usize> LevenbergMarquardt<L> {
         self.iterations = 0;
     }
 
+    /// Goes on from the same point with another objective. Returns how much the step without damping gains; nothing where the objective has no
+    /// derivatives.
+    pub(crate) fn gain_anew<const N: usize, D: Domain<N>, O: Objective<D::Point, L>>(
+        &mut self,
+        domain: &D,
+        objective: &mut O,
+        point: &D::Point,
+    ) -> f64 {
+        self.renew();
+        let has_derivatives = self.linearise(objective, point).is_ok();
+        if has_derivatives { self.remaining(domain, point).gain } else { 0.0 }
+    }
+
     /// Returns whether the last minimisation has had all its steps.
     pub(crate) fn has_run_out(&self) -> bool {
         self.iterations >= self.limits.iterations

@@ -74,7 +74,6 @@ pub use left_over::{LeftOver, MAX_LEFT_OVER};
 pub use levenberg_marquardt::Outcome;
 pub(crate) use levenberg_marquardt::Remaining;
 use levenberg_marquardt::{LevenbergMarquardt, Limits};
-pub(crate) use plant::Changes;
 pub use plant::{
     Explanation, MAX_EXPLANATIONS, MAX_RIVALS, Mechanics, Places, Plant, PlantInformation,
     RetiredRecords,

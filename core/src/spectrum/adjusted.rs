@@ -59,30 +59,19 @@ impl<const B: usize> Experiment<B> {
         self.movement.left.iter_mut().for_each(|left| left.fill(0.0));
     }
 
-    /// Puts back the movement that was subtracted from the acceleration, and subtracts this. Returns the sums of the squares of two changes over all
-    /// bins: of the reading in standard deviations of its noise, and of the mean square of the noise in itself.
-    pub(crate) fn replace_movement(&mut self, movement: Movement<B>) -> [f64; 2] {
-        let (mut of_reading, mut of_noise) = (0.0, 0.0);
-        let is_measured: [bool; 3] = core::array::from_fn(|axis| self.measures(axis));
+    /// Puts back the movement that was subtracted from the acceleration, and subtracts this.
+    pub(crate) fn replace_movement(&mut self, movement: Movement<B>) {
         for bin in 0..self.bins() {
             let before = self.movement.order.re[0].get(bin).map(|_| self.movement.order.at(bin));
             let [before, after] = [before.unwrap_or_default(), movement.order.at(bin)];
-            for axis in (0..3).filter(|axis| is_measured[*axis]) {
-                let noise = |own: &Movement<B>| {
-                    f64::from(self.acceleration_noise[axis][bin] + own.left[axis][bin])
-                };
-                let noise = [noise(&self.movement), noise(&movement)];
-                of_noise += (noise[1] / noise[0] - 1.0) * (noise[1] / noise[0] - 1.0);
+            for axis in 0..3 {
                 let own = [&mut self.acceleration.re, &mut self.acceleration.im];
                 for (part, own) in own.into_iter().enumerate() {
-                    let change = after[axis][part] - before[axis][part];
-                    own[axis][bin] -= change as f32;
-                    of_reading += 2.0 * change * change / noise[1];
+                    own[axis][bin] -= (after[axis][part] - before[axis][part]) as f32;
                 }
             }
         }
         self.movement = movement;
-        [of_reading, of_noise]
     }
 
     /// By how much χ² changes at most if these tones take the place of those that are subtracted, outside the main lobes.

@@ -67,7 +67,6 @@ use factors::Restated;
 use imperfections::Imperfections;
 pub use information::PlantInformation;
 pub use mechanics::Mechanics;
-pub(crate) use movement::Changes;
 pub use places::Places;
 pub use retire::RetiredRecords;
 use retired::RetiredOfPlant;

@@ -130,13 +130,16 @@ impl<V: Lanes<Scalar = f64>> Motions<V> {
         s: Complex<V>,
         seam: &PerDof<V>,
     ) -> Self {
-        let motion = |elongations: &PerDof<V>, seam: Option<&PerDof<V>>| {
-            Motion::new(model, response.rates(), s, elongations, seam)
-        };
-        Self {
-            per_observation: response.per_load.each_ref().map(|per_load| motion(per_load, None)),
-            of_record: motion(&response.elongation, Some(seam)),
-        }
+        let rates = response.rates();
+        let of_record = Motion::new(model, rates, s, &response.elongation, Some(seam));
+        Self { per_observation: per_observation(model, response, s), of_record }
+    }
+
+    /// The motion of the record, with those that a response at another s has per observation.
+    #[inline(always)]
+    pub(super) fn observed_at(&self, model: &Model, response: &Response<V>, s: Complex<V>) -> Self {
+        let of_record = self.of_record.clone();
+        Self { per_observation: per_observation(model, response, s), of_record }
     }
 
     /// `−s² η̂ᵀ ∂I η`.
@@ -313,6 +316,16 @@ impl<V: Lanes<Scalar = f64>> Motions<V> {
             }
         }
     }
+}
+
+#[inline(always)]
+fn per_observation<V: Lanes<Scalar = f64>>(
+    model: &Model,
+    response: &Response<V>,
+    s: Complex<V>,
+) -> [Motion<V>; 3] {
+    let rates = response.rates();
+    response.per_load.each_ref().map(|per_load| Motion::new(model, rates, s, per_load, None))
 }
 
 /// `Wᵀ η`: force that a tool takes at a displacement of the last link, along the axes of the force sensor.

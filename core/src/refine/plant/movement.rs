@@ -27,88 +27,61 @@ use super::super::batch::{Batch, Bins, spill};
 use super::super::equations::{Reading, seam_loads};
 use super::super::model::Model;
 use super::super::seam::Seam;
+use super::super::sum_of_squares::SumOfSquares;
 use super::super::{Plant, Problem, Refinement};
 use super::change::Change;
 use super::columns::{force_that_cuts, of_change};
 use super::motion::Motions;
 use crate::receptance::lanes::{Kernel, Lanes, Precision};
 use crate::receptance::{Complex, Observation, Response};
-use crate::sought::Coordinates;
 use crate::spectrum::{Experiment, Movement, Part, Site, Spectrum};
 use crate::{DOF, MAX_JOINTS};
 
 /// Step of σ, in s. Chosen: a resonance of 0.1 % damping bends B by a hundredth over it, and rounding changes the difference by 1e-11.
 const STEP: f64 = 1e-4;
 
-/// Changes of divided records by another movement, summed over bins and axes.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Changes {
-    /// Squares of the changes of the readings, in standard deviations of their noise.
-    pub(crate) of_reading: f64,
-    /// Squares of the relative changes of the noise.
-    pub(crate) of_noise: f64,
-    /// Number of the complex readings.
-    pub(crate) values: usize,
-}
-
 impl Refinement {
-    /// Replaces the movement of the divided records by that of the model at some coordinates, or where a plant stands, if there is one. `None` if no
-    /// record is divided. Where gravity leaves the robot no equilibrium, nothing changes.
+    /// Gives the divided records the movement of the model where the fit stands: that of the plant, if there is one. Returns by how much its next
+    /// step then reduces the sum of squares; nothing where no record is divided, or where gravity leaves the robot no equilibrium.
     #[inline(never)]
-    pub(crate) fn replace_movements<const B: usize>(
+    pub(crate) fn follow_movement<const B: usize>(
         &mut self,
         problem: &Problem<'_>,
-        coordinates: &Coordinates,
-        plant: Option<&Plant>,
+        plant: Option<&mut Plant>,
         experiments: &mut [Experiment<B>],
-    ) -> Option<Changes> {
-        let mut changes = None;
+    ) -> f64 {
+        let mut is_any = false;
         for (record, experiment) in experiments.iter_mut().enumerate() {
-            if experiment.is_whole() {
-                continue;
-            }
-            let Changes { of_reading, of_noise, values } = changes.get_or_insert_default();
-            let movement = self.movement(problem, coordinates, plant, experiment, record);
-            if let Some(movement) = movement {
-                let own = experiment.replace_movement(movement);
-                *of_reading += own[0];
-                *of_noise += own[1];
-                *values += experiment.bins() * experiment.measured_axes();
+            let own = plant.as_deref();
+            if !experiment.is_whole()
+                && let Some(movement) = self.movement(problem, own, experiment, record)
+            {
+                experiment.replace_movement(movement);
+                is_any = true;
             }
         }
-        changes
-    }
-
-    /// Replaces the movement of the divided records by that of a plant where its fit has ended. Returns whether the fit then gains more than this by
-    /// its next step; if so, it goes on from there.
-    pub(crate) fn moves_plant<const B: usize>(
-        &mut self,
-        problem: &Problem<'_>,
-        experiments: &mut [Experiment<B>],
-        plant: &mut Plant,
-        least_gain: f64,
-    ) -> bool {
-        let coordinates = plant.coordinates();
-        if self.replace_movements(problem, &coordinates, Some(plant), experiments).is_none() {
-            return false;
+        if !is_any {
+            return 0.0;
         }
-        plant.minimiser.renew();
+        let Some(plant) = plant else {
+            let Self { coordinates, minimiser, workspace, retired, every, .. } = self;
+            let mut objective = SumOfSquares::new(problem, experiments, retired, workspace, *every);
+            return minimiser.gain_anew(problem, &mut objective, coordinates);
+        };
         let (domain, mut objective, minimiser, point) =
             self.minimisation(problem, experiments, plant);
-        minimiser.linearise(&mut objective, point).is_ok()
-            && minimiser.remaining(&domain, point).gain > least_gain
+        minimiser.gain_anew(&domain, &mut objective, point)
     }
 
-    /// Movement of a divided record of this number, by the model at some coordinates, or where a plant stands, if there is one. `None` where gravity
-    /// leaves the robot no equilibrium.
+    /// Movement of a divided record of this number where the fit stands. `None` where gravity leaves the robot no equilibrium.
     fn movement<const B: usize>(
         &mut self,
         problem: &Problem<'_>,
-        coordinates: &Coordinates,
         plant: Option<&Plant>,
         experiment: &Experiment<B>,
         record: usize,
     ) -> Option<Movement<B>> {
+        let coordinates = plant.map_or(self.coordinates, Plant::coordinates);
         let (mut movement, length) = (Movement::NONE, experiment.length());
         let is_measured: [bool; 3] = core::array::from_fn(|axis| experiment.measures(axis));
         for (part, stage) in experiment.parts().zip(&experiment.path) {
@@ -117,7 +90,7 @@ impl Refinement {
                 let pose = pose.map(|(q, rate)| q + side * rate * length);
                 let pose: Vec<f64, MAX_JOINTS> = pose.collect();
                 let part = Part { site: Site { pose: &pose, ..part.site }, ..part.clone() };
-                self.model_of(problem, coordinates, plant, &part, record).ok()
+                self.model_of(problem, &coordinates, plant, &part, record).ok()
             };
             let [start, model, end] = [at(-0.5)?, at(0.0)?, at(0.5)?];
             let bins = Bins::of(experiment, &part);
@@ -181,7 +154,6 @@ impl Kernel<f64> for Passing<'_> {
     #[inline(always)]
     fn run<V: Lanes<Scalar = f64>>(self, like: V) {
         let Self { model, change, bins, seam, take } = self;
-        let turning = Change { from_parent: change.from_parent.clone(), ..Change::NONE };
         let spins = change.spins(model);
         let mut of_sensor = Matrix3::zeros();
         if let Observation::Acceleration { translation, .. } = &model.terms.observation
@@ -196,29 +168,28 @@ impl Kernel<f64> for Passing<'_> {
         for first in (0..bins.bins()).step_by(V::WIDTH) {
             let batch = Batch::new(like, &bins, model, first);
             let [loads, borne] = [seam, &borne].map(|own| seam_loads(own, batch.inverse_s));
-            let motions_at = |s: Complex<V>, response: &mut Response<V>| {
-                response.evaluate(&model.terms, s, &batch.force, Some(&loads));
-                Motions::new(model, response, s, &borne)
-            };
-            let [mut below, mut above] = [-STEP, STEP].map(|step| {
-                let s = batch.s.scale(like.fill(1.0 + step));
-                motions_at(s, &mut response)
-            });
-            let motions = motions_at(batch.s, &mut response);
+            response.evaluate(&model.terms, batch.s, &batch.force, Some(&loads));
+            let motions = Motions::new(model, &response, batch.s, &borne);
             let cut = force_that_cuts(model, &batch, &motions);
             let rate = of_change(&change, &response, model, batch.s, &cut, &motions);
+            let observed = response.observed;
+            let [below, above] = [-STEP, STEP].map(|step| {
+                let sigma = batch.s.scale(like.fill(1.0 + step));
+                response.evaluate(&model.terms, sigma, &batch.force, None);
+                let motions = motions.observed_at(model, &response, sigma);
+                let mut b = [Complex::zero(like); 3];
+                for (joint, change) in &change.from_parent {
+                    motions.add_from_parent(*joint, change, &mut b);
+                }
+                b
+            });
             let per_step = batch.inverse_s.scale(like.fill(0.5 / STEP));
-            for side in [&mut below, &mut above] {
-                side.of_record = motions.of_record.clone();
-            }
-            let [below, above] = [below, above]
-                .map(|side| of_change(&turning, &response, model, batch.s, &cut, &side));
             let mut constant: [Complex<V>; 3] =
                 core::array::from_fn(|axis| (above[axis] - below[axis]) * per_step);
             for (joint, (own, spin)) in model.terms.joints.iter().zip(&spins).enumerate() {
                 motions.add_coriolis(joint, &own.inertia, spin, batch.s, &mut constant);
             }
-            let velocity = response.observed.map(|own| own * batch.inverse_s);
+            let velocity = observed.map(|own| own * batch.inverse_s);
             for (axis, constant) in constant.iter_mut().enumerate() {
                 for (other, velocity) in velocity.iter().enumerate() {
                     let turn = like.fill(2.0 * of_sensor[(axis, other)]);
