@@ -98,10 +98,12 @@ impl<R> Identifier<R> {
             }
             prolongations = 0;
         };
-        let Some((fit, remaining)) = ended else {
+        let Some((mut fit, remaining)) = ended else {
             refinement.restart_at(&settled.coordinates);
             return None;
         };
+        // Without an equilibrium there, the fit is the one that has ended.
+        let _ = refinement.leave_noise_out(&problem, experiments, plant, &mut fit);
         let coordinates = *refinement.coordinates();
         let mut minimum = Minimum::new(coordinates, settled.found_by, fit, &remaining, sought);
         minimum.apart.clone_from(&settled.apart);

@@ -189,6 +189,17 @@ impl<const L: usize> Normal<L> {
         }
     }
 
+    /// Values for another right-hand side, which takes the place of the present one, after [`Normal::eliminate`] of all unknowns.
+    pub(crate) fn solve(&mut self, right: impl Fn(usize) -> f64, solution: &mut [f64]) {
+        let (rows, own) = self.entries.split_at_mut(packed(self.size - 1));
+        for i in 0..self.size - 1 {
+            let (known, pivot) = (&rows[packed(i)..packed(i) + i], rows[packed(i) + i]);
+            let known = dot(known, &own[..i]);
+            own[i] = if pivot > 0.0 { (right(i) - known) / pivot } else { 0.0 };
+        }
+        self.substitute(self.unknowns(), solution);
+    }
+
     /// Adds the Schur complement of another problem, whose first `eliminated` unknowns have been eliminated.
     pub(crate) fn add_complement<const M: usize>(&mut self, other: &Normal<M>, eliminated: usize) {
         self.take_complement(other, eliminated, 1.0);
@@ -299,12 +310,43 @@ impl<const L: usize> Normal<L> {
         rest.sum_of_squares()
     }
 
+    /// `(Nx)ᵢ`. Valid before an elimination.
+    pub(crate) fn times(&self, i: usize, x: &[f64]) -> f64 {
+        let before = self.row(i)[..i].iter().zip(x).map(|(n, x)| n * x);
+        let behind = (i..self.unknowns()).map(|j| self.row(j)[i] * x[j]);
+        before.sum::<f64>() + behind.sum::<f64>()
+    }
+
     /// `g − Nx` of unknown `i`: half the decrease of the sum of squares per unit of this unknown, after `step`. Valid before
     /// an elimination.
     pub(crate) fn slope(&self, i: usize, step: &[f64]) -> f64 {
-        let before = self.row(i)[..i].iter().zip(step).map(|(n, x)| n * x);
-        let behind = (i..self.unknowns()).map(|j| self.row(j)[i] * step[j]);
-        self.right()[i] - before.sum::<f64>() - behind.sum::<f64>()
+        self.right()[i] - self.times(i, step)
+    }
+
+    /// Weights equations whose derivatives contain noise as their errors require: `N → D N⁻¹ D` and `g → D N⁻¹ g`, with `D = N − K`, where K is what the
+    /// noise adds to N. `factor` and `x` are memory; x is as long as the unknowns. Valid before an elimination.
+    pub(crate) fn discount<const M: usize>(
+        &mut self,
+        level: Level,
+        noise: &Normal<M>,
+        factor: &mut Normal<M>,
+        x: &mut [f64],
+    ) {
+        let unknowns = self.unknowns();
+        factor.reset(unknowns);
+        factor.add_complement(self, 0);
+        factor.eliminate_with(level, unknowns);
+        factor.substitute(unknowns, x);
+        for i in 0..unknowns {
+            *self.entry(unknowns, i) -= noise.times(i, x);
+        }
+        for j in 0..unknowns {
+            let k = |i: usize| if i > j { noise.row(i)[j] } else { noise.row(j)[i] };
+            factor.solve(k, x);
+            for i in j..unknowns {
+                *self.entry(i, j) += noise.times(i, x) - 2.0 * k(i);
+            }
+        }
     }
 
     /// Moves the origin of the unknowns to `step`: the equations then seek the rest of the way. Valid before an elimination.
@@ -410,6 +452,39 @@ mod tests {
 
     proptest! {
         #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(64) })]
+
+        /// `D N⁻¹ D` and `D N⁻¹ g` of dense matrices; the least sum of squares stays.
+        #[test]
+        fn discounts_as_dense_matrices_do(values in proptest::collection::vec(-1.0_f64..1.0, 6 * 4 * 10), part in 0.0..1.5_f64) {
+            const UNKNOWNS: usize = 9;
+            let mut normal = Normal::<{ packed(UNKNOWNS + 1) }>::new();
+            normal.reset(UNKNOWNS);
+            let (mut noise, mut factor) = (normal.clone(), normal.clone());
+            let all = DMatrix::from_row_slice(24, UNKNOWNS + 1, &values);
+            let (rows, right) = (all.columns(0, UNKNOWNS), all.column(UNKNOWNS));
+            let k = rows.rows(0, 12).transpose() * rows.rows(0, 12) * part;
+            let (n, g) = (rows.transpose() * rows, rows.transpose() * right);
+            for i in 0..UNKNOWNS {
+                for j in 0..=i {
+                    (*normal.entry(i, j), *noise.entry(i, j)) = (n[(i, j)], k[(i, j)]);
+                }
+                *normal.entry(UNKNOWNS, i) = g[i];
+            }
+            *normal.entry(UNKNOWNS, UNKNOWNS) = right.norm_squared();
+            let inverse = n.clone().try_inverse();
+            prop_assume!(inverse.as_ref().is_some_and(|it| it.norm() < 1e4));
+            let inverse = inverse.unwrap();
+            normal.discount(Level::baseline(), &noise, &mut factor, &mut [0.0; UNKNOWNS]);
+            let d = &n - &k;
+            let (expected, slope) = (&d * &inverse * &d, &d * &inverse * &g);
+            for i in 0..UNKNOWNS {
+                for j in 0..=i {
+                    prop_assert!((normal.row(i)[j] - expected[(i, j)]).abs() < 1e-8);
+                }
+                prop_assert!((normal.right()[i] - slope[i]).abs() < 1e-8);
+            }
+            prop_assert_eq!(normal.sum_of_squares(), right.norm_squared());
+        }
 
         /// The projection, the solution and the remaining sum of squares equal those of a least-squares solution by SVD.
         #[test]

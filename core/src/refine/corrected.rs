@@ -15,6 +15,7 @@ use super::statics::Statics;
 use super::sum_of_squares::{Fitted, SumOfSquares};
 use super::summary::Summary;
 use crate::chain::linearise::LinearisationError;
+use crate::linear::normal::Normal;
 use crate::sought::Coordinates;
 use crate::spectrum::{Experiment, Site};
 
@@ -64,7 +65,12 @@ impl Fitted<PACKED> for Corrected<'_> {
         self.workspace.run(problem, model, bins, equations, columns)
     }
 
-    fn add_complement(&mut self, problem: &Problem<'_>, seam: &Seam, normal: &mut ParameterNormal) {
+    fn add_complement<const M: usize>(
+        &mut self,
+        problem: &Problem<'_>,
+        seam: &Seam,
+        normal: &mut Normal<M>,
+    ) {
         problem.eliminate_seam(seam, &mut self.workspace.record);
         normal.add_complement(&self.workspace.record, problem.seam_unknowns());
     }

@@ -45,6 +45,8 @@ pub(super) enum Equations<'a> {
     All(&'a Seam),
     /// Equations of all unknowns for a record whose acceleration nobody has measured: the force has no error.
     Planned(&'a Seam),
+    /// Equations of all unknowns where nothing but a seam moves the robot.
+    Noise(&'a Seam),
 }
 
 impl<'a> Equations<'a> {
@@ -52,7 +54,7 @@ impl<'a> Equations<'a> {
     pub(super) fn seam(self) -> &'a Seam {
         match self {
             Self::Seam => &Seam::ZERO,
-            Self::All(seam) | Self::Planned(seam) => seam,
+            Self::All(seam) | Self::Planned(seam) | Self::Noise(seam) => seam,
         }
     }
 
@@ -101,7 +103,7 @@ impl<const W: usize, const L: usize> Kernel<f64> for Assembly<'_, W, L> {
         let rows = rows.as_mut();
         for first in (0..bins).step_by(V::WIDTH) {
             let lanes = first..bins.min(first + V::WIDTH);
-            let mut batch = Batch::new(like, &self.record, self.model, first);
+            let mut batch = self.batch(like, first);
             let unexplained = self.read(&mut response, &batch, lanes.clone());
             let accelerance = by_lane(&response.per_force);
             let noise = self.noise(lanes.clone());
@@ -111,7 +113,9 @@ impl<const W: usize, const L: usize> Kernel<f64> for Assembly<'_, W, L> {
             self.rows(rows, &mut response, &derivatives, &mut batch, &error);
             if has_imperfections {
                 let loads = seam_loads(self.equations.seam(), batch.inverse_s);
-                batch.load_drift(&self.record, first);
+                if !matches!(self.equations, Equations::Noise(_)) {
+                    batch.load_drift(&self.record, first);
+                }
                 let place = (self.seam_columns(), self.sought);
                 self.columns.write(rows, place, &response, self.model, &batch, &loads);
             }
@@ -138,6 +142,16 @@ impl<const W: usize, const L: usize> Assembly<'_, W, L> {
     /// Column of the first unknown.
     pub(super) fn first(&self) -> usize {
         self.seam_columns() + self.columns.before.len()
+    }
+
+    /// The bins from `first` on, and the force there.
+    #[inline(always)]
+    pub(super) fn batch<V: Lanes<Scalar = f64>>(&self, like: V, first: usize) -> Batch<V> {
+        let batch = Batch::new(like, &self.record, self.model, first);
+        match self.equations {
+            Equations::Noise(_) => Batch { force: [Complex::zero(like); 3], ..batch },
+            _ => batch,
+        }
     }
 
     /// Evaluates the model, and returns what it leaves of the measured acceleration: `r = A − H F − …`. The model has no time, so that the drift

@@ -74,6 +74,12 @@ impl Fit {
         (self.sum_of_squares / self.degrees_of_freedom.max(1.0)).max(1.0)
     }
 
+    /// Takes the errors as those of this covariance.
+    pub(super) fn take(&mut self, sought: &Sought, covariance: Covariance) {
+        self.deviations = deviations(sought, &covariance);
+        self.covariance = covariance;
+    }
+
     /// Takes the errors as those of a point that lies `step` short of the minimum: their mean squares are the covariance of
     /// the minimum and the square of the way there.
     pub(crate) fn widen(&mut self, sought: &Sought, step: &[f64]) {

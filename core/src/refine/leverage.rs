@@ -154,4 +154,4 @@ fn leverage(factor: &RecordNormal, row: &[f64]) -> f64 {
 }
 
 #[cfg(test)]
-mod tests;
+pub(super) mod tests;

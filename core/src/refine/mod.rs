@@ -47,6 +47,7 @@ mod responses;
 mod retired;
 mod rows;
 pub(crate) mod seam;
+mod seam_noise;
 mod sizes;
 mod stagnation;
 mod statics;

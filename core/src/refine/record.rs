@@ -184,7 +184,7 @@ impl Kernel<f64> for ByResponses<'_> {
         let bins = bins.as_mut();
         for first in (0..count).step_by(V::WIDTH) {
             let lanes = first..count.min(first + V::WIDTH);
-            let mut batch = Batch::new(like, record, model, first);
+            let mut batch = assembly.batch(like, first);
             let unexplained = assembly.read(&mut response, &batch, lanes.clone());
             let accelerance = by_lane(&response.per_force);
             let noise = assembly.noise(lanes.clone());

@@ -50,7 +50,12 @@ pub(super) trait Fitted<const L: usize> {
     ) -> Residuals;
 
     /// Eliminates the seam, at which the equations that were assembled last were taken, and adds the others.
-    fn add_complement(&mut self, problem: &Problem<'_>, seam: &Seam, normal: &mut Normal<L>);
+    fn add_complement<const M: usize>(
+        &mut self,
+        problem: &Problem<'_>,
+        seam: &Seam,
+        normal: &mut Normal<M>,
+    );
 
     /// The static tests.
     fn statics<'a>(&'a self, problem: &'a Problem<'_>, point: &Self::Point) -> Statics<'a>;
@@ -147,7 +152,7 @@ impl<F: Fitted<L>, const B: usize, const L: usize> Objective<F::Point, L>
 
 impl<F, const B: usize> SumOfSquares<'_, F, B> {
     /// The model in a record of this number at a site.
-    fn model<const L: usize>(
+    pub(super) fn model<const L: usize>(
         &mut self,
         point: &F::Point,
         place: (Site<'_>, usize),

@@ -25,7 +25,7 @@ const PER_PART: usize = 26;
 const RECORDS: u64 = 200;
 const GRAVITY: [f64; 3] = [0.3, -0.5, -9.8];
 
-fn measurement(gravity: [f64; 3]) -> Measurement {
+pub(in crate::refine) fn measurement(gravity: [f64; 3]) -> Measurement {
     Measurement {
         band_hz: [5.0, 55.0],
         accelerometer: Accelerometer::Strapdown,
@@ -35,14 +35,14 @@ fn measurement(gravity: [f64; 3]) -> Measurement {
 }
 
 /// A robot of two or three joints.
-fn robot(joints: usize) -> (Chain, Bushings) {
+pub(in crate::refine) fn robot(joints: usize) -> (Chain, Bushings) {
     let axes = [Vector3::z_axis(), Vector3::y_axis(), Vector3::x_axis()];
     let all: std::vec::Vec<_> = [0.5, 0.9, 0.6].into_iter().zip(axes).take(joints).collect();
     (chain_of(&all), core::iter::repeat_n(bushings()[0], joints).collect())
 }
 
 /// A record along a path.
-fn divided(chain: &Chain, measurement: &Measurement) -> Experiment<BINS> {
+pub(in crate::refine) fn divided(chain: &Chain, measurement: &Measurement) -> Experiment<BINS> {
     let joints = chain.joints().len();
     let pose = |part: usize| {
         [0.4, -0.3, 0.7].into_iter().take(joints).map(|q| q + 0.01 * part as f64).collect()
@@ -59,7 +59,7 @@ fn divided(chain: &Chain, measurement: &Measurement) -> Experiment<BINS> {
 }
 
 /// The record without a force, whose acceleration is white noise of the stated size.
-fn noise(mut experiment: Experiment<BINS>, seed: u64) -> Experiment<BINS> {
+pub(in crate::refine) fn noise(mut experiment: Experiment<BINS>, seed: u64) -> Experiment<BINS> {
     let mut random = Xoshiro256PlusPlus::seed_from_u64(seed);
     let mut uniform = || ((random.next_u64() >> 11) as f64 + 0.5) / (1_u64 << 53) as f64;
     let Experiment { force, force_noise, acceleration, acceleration_noise, .. } = &mut experiment;

@@ -4,12 +4,14 @@ use std::boxed::Box;
 
 use super::super::Refinement;
 use super::super::objective::Objective as _;
-use super::super::tests::divided::{PARTS, apart, divided_and_alone};
-use super::super::tests::{BINS, bounds, bushings, chain, measurement, problem};
+use super::super::tests::divided::{PARTS, along, apart, divided_and_alone};
+use super::super::tests::{BINS, SAMPLES, bounds, bushings, chain, measurement, problem};
 use super::tests::on_large_stack;
 use super::*;
+use crate::refine::Outcome;
 use crate::sought::Sought;
 use crate::spectrum::Experiment;
+use crate::stream::Record;
 
 /// The order of the sums differs: 1e-9 is a thousand times the rounding of the elimination of a seam.
 #[test]
@@ -60,6 +62,39 @@ fn a_robot_that_stands_has_no_delay_of_its_angles() {
         };
         assert!(has_delay(core::slice::from_ref(&*divided)));
         assert!(!has_delay(&alone));
+    });
+}
+
+/// Without noise in the seams no unknown is better known. A whole record stays as it is. The noise is a tenth of what the record states, so that each
+/// unknown is known by more than noise.
+#[test]
+fn noise_in_seams_is_no_information() {
+    on_large_stack(|| {
+        let (chain, bounds, measurement) = (chain(), bounds(), measurement());
+        let sought = Sought::parameters_of(&chain);
+        let problem = problem(&chain, &measurement, &bounds, &sought);
+        let (mut divided, _) = divided_and_alone(&measurement);
+        let noise = divided.force_noise.iter_mut().chain(&mut divided.acceleration_noise);
+        noise.flatten().for_each(|mean_square| *mean_square *= 0.01);
+        let whole = Record { path: heapless::Vec::new(), ..along(PARTS) };
+        let whole = Experiment::new(&chain, &measurement, &whole, &mut [0.0; SAMPLES]).unwrap();
+        let mut refinement = Box::new(Refinement::new(&sought, &bushings()));
+        let mut plant = Box::new(Plant::new(&Accuracies::typical(), &chain));
+        let mut wider = |experiment: &Experiment<BINS>| {
+            let own = core::slice::from_ref(experiment);
+            refinement.restart_at(&sought.coordinates(&bushings()));
+            refinement.restart_plant_to(&mut plant, own);
+            while refinement.step_plant(&problem, own, &mut plant) == Outcome::Improving {}
+            let (mut fit, _) = refinement.fit_plant(&problem, own, &mut plant).unwrap();
+            let before = fit.clone();
+            refinement.leave_noise_out(&problem, own, &mut plant, &mut fit).unwrap();
+            let ratio = |i| fit.covariance.deviation(i) / before.covariance.deviation(i);
+            let ratios = (0..sought.unknowns()).map(ratio);
+            ratios.fold([f64::INFINITY, 0.0_f64], |[least, most], it| [least.min(it), most.max(it)])
+        };
+        assert_eq!(wider(&whole), [1.0, 1.0]);
+        let [least, most] = wider(&divided);
+        assert!(least > 0.999 && most > 1.001, "{least} to {most}");
     });
 }
 

@@ -201,10 +201,7 @@ impl Refinement {
         let count = plant.imperfections.all.len();
         let mut of_unknowns = [0.0; MAX_UNKNOWNS];
         of_unknowns.copy_from_slice(&step[count..count + MAX_UNKNOWNS]);
-        plant.determine();
-        self.coordinates = plant.point.coordinates;
-        self.minimiser.normal.reset(problem.sought.unknowns());
-        plant.eliminate_from(&mut self.minimiser.normal);
+        self.go_where_plant_stands(problem, plant);
         let assembled = Assembled {
             summary: plant.summary.clone(),
             of_statics: plant.statics(problem).sum_of_squares(),
@@ -214,6 +211,14 @@ impl Refinement {
         };
         let fit = self.fit_of(problem, experiments, Some(plant), Ok(assembled));
         Some((fit, Remaining { step: of_unknowns, gain }))
+    }
+
+    /// Takes the unknowns of a plant, and its equations, the imperfections eliminated.
+    pub(super) fn go_where_plant_stands(&mut self, problem: &Problem<'_>, plant: &mut Plant) {
+        plant.determine();
+        self.coordinates = plant.point.coordinates;
+        self.minimiser.normal.reset(problem.sought.unknowns());
+        plant.eliminate_from(&mut self.minimiser.normal);
     }
 }
 

@@ -45,6 +45,7 @@ impl Refinement {
         plant.determine();
         let of_priors = plant.variances_of_priors();
         let scatter = self.jackknife(problem, experiments, plant)?;
+        self.discount_fit(problem, experiments, plant).ok()?;
         let moved: [f64; ALL] =
             core::array::from_fn(|column| libm::sqrt(scatter[column] + of_priors[column]));
         let count = plant.imperfections.all.len();
@@ -71,12 +72,15 @@ impl Refinement {
         let [least, most] = BANDS;
         let poses = (0..experiments.len()).filter(|&it| first_of_pose(experiments, it) == it);
         let bands = (BLOCKS / poses.clone().count().max(1)).clamp(least, most);
-        // Those that are there may be of a trial step that was rejected.
-        self.workspace.seams.clear();
         let (retired, workspace) = (retired.as_ref(), &mut self.workspace);
         let fitted = OfPlant { retired, workspace, imperfections, record, summary };
         let mut objective =
             SumOfSquares { problem, experiments, fitted, relative_error: 0.0, every: 1 };
+        // Those of the fit are discounted.
+        minimiser.linearised = false;
+        minimiser.linearise(&mut objective, point).ok()?;
+        // Each part has a seam of its own.
+        objective.fitted.workspace.seams.clear();
         let (mut blocks, mut sums, mut squares) = (0.0, [0.0; ALL], [0.0; ALL]);
         for pose in poses {
             let is_of_pose = |&(index, _): &(usize, _)| first_of_pose(experiments, index) == pose;
@@ -143,16 +147,11 @@ impl Refinement {
 impl Plant {
     /// Variance of each imperfection and unknown by the priors of the imperfections, the diagonal of `N⁻¹ P N⁻¹`, after [`Plant::determine`].
     pub(super) fn variances_of_priors(&mut self) -> [f64; ALL] {
-        let total = self.factor.unknowns();
         let mut variances = [0.0; ALL];
         for index in 0..self.imperfections.all.len() {
-            // N x = e by L u = e and Lᵀ x = u.
-            let u = self.forward(index);
-            for (i, u) in u.iter().enumerate().take(total) {
-                *self.factor.entry(total, i) = *u;
-            }
+            // N x = e.
             let mut x = [0.0; ALL];
-            self.factor.substitute(total, &mut x);
+            self.factor.solve(|i| if i == index { 1.0 } else { 0.0 }, &mut x);
             for (variance, x) in variances.iter_mut().zip(&x) {
                 *variance += x * x;
             }

@@ -40,6 +40,7 @@ mod levels;
 mod mechanics;
 mod motion;
 mod movement;
+mod noise;
 mod objective;
 mod places;
 mod restated;

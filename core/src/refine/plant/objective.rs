@@ -71,7 +71,12 @@ impl Fitted<OF_ALL> for OfPlant<'_> {
         })
     }
 
-    fn add_complement(&mut self, problem: &Problem<'_>, seam: &Seam, normal: &mut Normal<OF_ALL>) {
+    fn add_complement<const M: usize>(
+        &mut self,
+        problem: &Problem<'_>,
+        seam: &Seam,
+        normal: &mut Normal<M>,
+    ) {
         problem.eliminate_seam(seam, self.record);
         normal.add_complement(self.record, problem.seam_unknowns());
     }

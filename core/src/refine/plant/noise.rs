@@ -1,0 +1,77 @@
+//! Information of a plant without what the noise in the seams adds to it.
+
+use super::super::Refinement;
+use super::super::basis::Asked;
+use super::super::fit::Fit;
+use super::super::levenberg_marquardt::Remaining;
+use super::super::objective::Domain as _;
+use super::super::problem::Problem;
+use super::super::sizes::ALL;
+use super::super::sum_of_squares::SumOfSquares;
+use super::Plant;
+use super::domain::PlantDomain;
+use super::objective::OfPlant;
+use crate::chain::linearise::LinearisationError;
+use crate::spectrum::Experiment;
+use crate::verdict::Covariance;
+
+impl Refinement {
+    /// Goes from the minimum of a plant, whose [fit](Refinement::fit_plant) this is, to the estimate in which the noise in the seams of divided records
+    /// counts as noise. Its covariance becomes that of the fit, whose residuals are those of the minimum. Without divided records nothing changes.
+    ///
+    /// # Errors
+    /// The robot has no equilibrium at the minimum.
+    pub(crate) fn leave_noise_out<const B: usize>(
+        &mut self,
+        problem: &Problem<'_>,
+        experiments: &[Experiment<B>],
+        plant: &mut Plant,
+        fit: &mut Fit,
+    ) -> Result<(), LinearisationError> {
+        if !self.discount_fit(problem, experiments, plant)? {
+            return Ok(());
+        }
+        let Plant { imperfections, minimiser, point, .. } = plant;
+        let domain = PlantDomain::new(problem, &imperfections.all);
+        let Remaining { step, .. } = minimiser.remaining(&domain, point);
+        *point = domain.advance(point, &step);
+        minimiser.normal.shift(&step);
+        self.go_where_plant_stands(problem, plant);
+        fit.take(problem.sought, Covariance::of(&self.minimiser.normal));
+        Ok(())
+    }
+
+    /// [Discounts](crate::linear::normal::Normal::discount) the divided records in the equations of the last fit. Returns whether there are any. A single
+    /// record shows too little for that: retired ones stay as they are.
+    ///
+    /// # Errors
+    /// The robot has no equilibrium where the plant stands; then the equations stay.
+    pub(super) fn discount_fit<const B: usize>(
+        &mut self,
+        problem: &Problem<'_>,
+        experiments: &[Experiment<B>],
+        plant: &mut Plant,
+    ) -> Result<bool, LinearisationError> {
+        let divided = || experiments.iter().enumerate().filter(|(_, own)| !own.is_whole());
+        if divided().next().is_none() {
+            return Ok(false);
+        }
+        let Plant { imperfections, point, summary, minimiser, factor, whole, record, .. } = plant;
+        let normal = &mut minimiser.normal;
+        let (own, noise) = (factor, whole);
+        own.reset(normal.unknowns());
+        noise.reset(normal.unknowns());
+        let workspace = &mut self.workspace;
+        let fitted = OfPlant { retired: None, workspace, imperfections, record, summary };
+        let mut objective =
+            SumOfSquares { problem, experiments: &[], fitted, relative_error: 0.0, every: 1 };
+        for numbered in divided() {
+            objective.add_record(point, numbered, Asked::Fit, own)?;
+            objective.add_noise(point, numbered, noise)?;
+        }
+        normal.subtract_complement(own, 0);
+        own.discount(problem.level, noise, record, &mut [0.0; ALL]);
+        normal.add_complement(own, 0);
+        Ok(true)
+    }
+}
