@@ -9,6 +9,7 @@ mod constant;
 pub mod demo;
 pub mod dh;
 mod feed;
+mod findings;
 mod history;
 mod json;
 mod lobes;

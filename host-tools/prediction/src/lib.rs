@@ -14,6 +14,7 @@
 pub mod comparison;
 pub mod compensation;
 pub mod document;
+mod findings;
 pub mod history;
 mod holm;
 pub mod lobes;

@@ -1,34 +1,20 @@
 //! How often a history calls a robot changed that stays the same, and whether it names a change with an interval that holds it.
-//!
-//! Findings are drawn from the equations of least squares: readings `z = B x + n` of parameters and errors x, noise n of variance 1.
 
 #[path = "../../../core/tests/common/mod.rs"]
 mod common;
+mod readings;
 
 use common::Random;
-use flexid_prediction::history::{Course, Epoch, Posterior, courses};
+use flexid_prediction::history::{Course, Epoch, courses};
 use nalgebra::{DMatrix, DVector};
+use readings::{ERRORS, PARAMETERS, Place, deviations, effects};
 
-/// As of three joints.
-const PARAMETERS: usize = 36;
-const ERRORS: usize = 6;
-const READINGS: usize = 90;
 /// Standard deviation of what an error of the size of its prior does to a parameter.
 const BY_ERROR: f64 = 0.02;
 /// The parameter that changes: joint_2 ry, a stiffness.
 const CHANGED: usize = 12 + 4;
 const YEAR: usize = 365;
 const LEVEL: f64 = 0.05;
-
-/// A place where a robot mills: what its cuts say.
-struct Place {
-    /// BᵀB, errors first, and its factor.
-    information: DMatrix<f64>,
-    root: DMatrix<f64>,
-    /// Inverse of the information and of the priors of the errors, and its factor.
-    covariance: DMatrix<f64>,
-    factor: DMatrix<f64>,
-}
 
 /// A robot that mills at two places in turn. Its errors stay.
 struct Robot {
@@ -38,32 +24,9 @@ struct Robot {
 
 impl Robot {
     fn new(random: &mut Random) -> Self {
-        // Cuts determine parameters to 0.3 to 3 %.
-        let stds: Vec<f64> =
-            (0..PARAMETERS).map(|_| 0.003 * 10_f64.powf(random.uniform(0.0, 1.0))).collect();
-        let by_error = DMatrix::from_fn(PARAMETERS, ERRORS, |_, _| BY_ERROR * random.normal());
-        let places = (0..2).map(|_| {
-            // With so many readings of parameters that are as many less, the variance of each is the inverse of the difference.
-            let size = ((READINGS - PARAMETERS) as f64).sqrt();
-            let of_parameters = DMatrix::from_fn(READINGS, PARAMETERS, |_, parameter| {
-                random.normal() / (stds[parameter] * size)
-            });
-            // An error acts like a change of the parameters, and a little in a way of its own.
-            let own = DMatrix::from_fn(READINGS, ERRORS, |_, _| 0.3 * random.normal());
-            let of_errors = &of_parameters * &by_error + own;
-            let mut all = DMatrix::zeros(READINGS, ERRORS + PARAMETERS);
-            all.columns_mut(0, ERRORS).copy_from(&of_errors);
-            all.columns_mut(ERRORS, PARAMETERS).copy_from(&of_parameters);
-            let information = all.transpose() * &all;
-            let mut whole = information.clone();
-            (0..ERRORS).for_each(|own| whole[(own, own)] += 1.0);
-            let covariance = whole.try_inverse().unwrap();
-            let covariance = (&covariance + covariance.transpose()) * 0.5;
-            let root = information.clone().cholesky().unwrap().unpack();
-            let factor = covariance.clone().cholesky().unwrap().unpack();
-            Place { information, root, covariance, factor }
-        });
-        let places = places.collect();
+        let stds = deviations(random);
+        let by_error = effects(BY_ERROR, random);
+        let places = (0..2).map(|_| Place::new(&stds, &by_error, random)).collect();
         let errors = DVector::from_fn(ERRORS, |_, _| random.normal());
         Self { places, errors }
     }
@@ -74,26 +37,12 @@ impl Robot {
         let mut truth = DVector::zeros(ERRORS + PARAMETERS);
         truth.rows_mut(0, ERRORS).copy_from(&self.errors);
         truth[ERRORS + CHANGED] = change;
-        let noise = DVector::from_fn(truth.len(), |_, _| random.normal());
-        &place.covariance * (&place.information * truth + &place.root * noise)
+        place.estimate(&truth, random)
     }
 
     /// A finding with this estimate.
     fn epoch(&self, day: usize, estimate: &DVector<f64>) -> Epoch {
-        let place = &self.places[day % self.places.len()];
-        let logarithms = (0..PARAMETERS).map(|own| {
-            let row = ERRORS + own;
-            Some((estimate[row], place.covariance[(row, row)].sqrt()))
-        });
-        let posterior = Posterior {
-            columns: (0..ERRORS).collect(),
-            priors: vec![1.0; ERRORS],
-            errors: estimate.rows(0, ERRORS).into_owned(),
-            logarithms: logarithms.collect(),
-            factor: place.factor.clone(),
-            widening: 1.0,
-        };
-        Epoch::new(&posterior, ERRORS).unwrap()
+        self.places[day % self.places.len()].epoch(estimate)
     }
 
     /// Its findings of so many days, with such a change by the day.

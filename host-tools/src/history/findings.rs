@@ -1,15 +1,13 @@
-//! Results in files and folders, in the order of their dates.
+//! The results of a robot, in the order of their dates.
 
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use flexid_pipeline::input::BadInput;
 use flexid_pipeline::text::count;
 use flexid_prediction::document::Found;
-use flexid_report::evidence::days;
-use flexid_wire::report::Acceptance;
 
 use crate::compare::differing;
+use crate::findings::{Read, by_date, date};
 
 /// Results that a history rests on.
 pub(crate) struct Findings {
@@ -28,66 +26,30 @@ impl Findings {
     /// # Errors
     /// A file that is named is no result, or there are not two results to be compared.
     pub(crate) fn load(paths: &[PathBuf]) -> Result<Self, BadInput> {
-        let (mut notes, mut all) = (Vec::new(), Vec::new());
+        let mut read = Read::default();
         for path in paths {
-            if !path.is_dir() {
-                all.push((path.clone(), Found::load(path)?));
-                continue;
-            }
-            for file in results_of(path)? {
-                match Found::load(&file) {
-                    Ok(found) => all.push((file, found)),
-                    Err(error) => notes.push(format!("left out: {error}")),
-                }
-            }
+            read.add(path)?;
         }
-        let read = all.len();
-        let mut used: Vec<(PathBuf, Found)> = Vec::new();
-        for (file, found) in all {
-            let doubt = match found.fit.acceptance {
-                Acceptance::Consistent => None,
-                Acceptance::ModelSuspect => Some("MODEL SUSPECT".to_owned()),
-                Acceptance::Unsettled => Some("not settled".to_owned()),
-            };
-            let again = || {
-                let mut others = used.iter();
-                let other =
-                    others.find(|(_, own)| own.logs.iter().any(|log| found.logs.contains(log)));
-                other.map(|(other, _)| format!("is of a log of {}", other.display()))
-            };
-            match doubt.or_else(again) {
-                Some(why) => notes.push(format!("left out: {}: {why}", file.display())),
-                None => used.push((file, found)),
-            }
-        }
+        let Read { mut used, all, mut notes } = read;
         if used.len() < 2 {
             let which = paths.first().map_or(Path::new(""), PathBuf::as_path);
-            let of = count(read as u64, "result");
+            let of = count(all as u64, "result");
             let why = format!(
                 "{} of {of} can be compared, and a history needs two: name results of `flexid identify --json` of separate cuts, whose fits are consistent",
                 used.len()
             );
             return Err(BadInput::new(which, why));
         }
-        let date = |(_, found): &(PathBuf, Found)| found.date.as_deref().and_then(days);
-        // Logs of one instant have clocks that were set anew.
-        let [first, last] =
-            [f64::min, f64::max].map(|end| used.iter().filter_map(date).reduce(end));
-        let are_dated = first < last && used.iter().all(|own| date(own).is_some());
-        if are_dated {
-            used.sort_by(|one, other| {
-                date(one).partial_cmp(&date(other)).unwrap_or(std::cmp::Ordering::Equal)
-            });
-        } else {
+        let first = by_date(&mut used);
+        if first.is_none() {
             notes.push(
                 "not all results have a date of their own: they are taken in the order in which they are named"
                     .into(),
             );
         }
-        let first = first.unwrap_or(0.0);
-        let times = used.iter().enumerate().map(|(number, own)| match date(own) {
-            Some(days) if are_dated => days - first,
-            _ => number as f64,
+        let times = used.iter().enumerate().map(|(number, own)| match first.zip(date(own)) {
+            Some((first, days)) => days - first,
+            None => number as f64,
         });
         let times = times.collect();
         notes.extend(used.windows(2).filter_map(|pair| {
@@ -105,17 +67,6 @@ impl Findings {
                 "{of} of an older flexid: errors that findings share do not cancel in their changes, and intervals are wider"
             ));
         }
-        Ok(Self { used, times, are_dated, notes })
+        Ok(Self { used, times, are_dated: first.is_some(), notes })
     }
-}
-
-/// The files of a folder that may be results, by their names.
-fn results_of(folder: &Path) -> Result<Vec<PathBuf>, BadInput> {
-    let unreadable = |error| BadInput::new(folder, format!("cannot be read: {error}"));
-    let entries = fs::read_dir(folder).map_err(unreadable)?;
-    let files = entries.map(|entry| entry.map(|own| own.path()));
-    let mut files: Vec<PathBuf> = files.collect::<Result<_, _>>().map_err(unreadable)?;
-    files.retain(|file| file.extension().is_some_and(|end| end == "json") && file.is_file());
-    files.sort();
-    Ok(files)
 }

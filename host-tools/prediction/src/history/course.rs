@@ -4,8 +4,8 @@ use flexid_pipeline::dynamics::PositiveEstimate;
 use serde::Serialize;
 
 use super::detection::{Alarm, largest_step};
-use super::epoch::Pool;
 use super::series::{Series, scatter};
+use crate::findings::Pool;
 
 /// A parameter over the findings that determine it.
 #[derive(Clone, Debug, PartialEq, Serialize)]

@@ -5,8 +5,8 @@
 //! it among its tests. So the chance of a false change in a robot's life is at most α, however often its history is read, and whatever
 //! the correlations are (Bonferroni). What a look finds depends on the findings up to it alone: it stays found.
 
-use super::epoch::{Epoch, Pool};
 use super::series::{Series, scatter};
+use crate::findings::{Epoch, Pool};
 use crate::holm::holm;
 
 /// A change of a parameter that was found.

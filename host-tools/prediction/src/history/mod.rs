@@ -12,21 +12,20 @@
 //!
 //! | file        | what                                                             |
 //! | ----------- | ---------------------------------------------------------------- |
-//! | `epoch`     | what one finding says, the shared errors apart                   |
 //! | `series`    | one parameter through the findings: means, steps, lines          |
 //! | `detection` | when a parameter changed                                         |
 //! | `course`    | how it changed: by steps, or along a line                        |
-//! | `reading`   | findings from result files                                       |
+//! | `reading`   | that of result files                                             |
 
 mod course;
 mod detection;
-mod epoch;
 mod reading;
 mod series;
 
 pub use course::{Course, Line, Point, Step};
-pub use epoch::{Epoch, Posterior};
 pub use reading::{History, Parameter, history};
+
+pub use crate::findings::{Epoch, Posterior};
 
 /// How each of so many parameters went over these findings, at these times, in any unit, ascending. `level` is the chance of a false change
 /// of any parameter in the robot's life.

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use nalgebra::DVector;
 
-use super::epoch::{Epoch, Pool};
+use crate::findings::{Epoch, Pool};
 
 /// A parameter in the findings that determine it, in their order.
 #[derive(Clone, Debug)]

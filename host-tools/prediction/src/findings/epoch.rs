@@ -27,13 +27,13 @@ pub struct Posterior {
 #[derive(Clone, Debug)]
 pub struct Epoch {
     /// y and the variance of e, by parameter. `None` of what the finding does not determine.
-    pub(super) values: Vec<Option<(f64, f64)>>,
+    pub(crate) values: Vec<Option<(f64, f64)>>,
     /// A: a row for each parameter, a column for each error of all findings.
-    pub(super) slopes: DMatrix<f64>,
+    pub(crate) slopes: DMatrix<f64>,
     /// Λ.
-    pub(super) information: DMatrix<f64>,
+    pub(crate) information: DMatrix<f64>,
     /// λ.
-    pub(super) vector: DVector<f64>,
+    pub(crate) vector: DVector<f64>,
 }
 
 impl Epoch {
@@ -80,17 +80,17 @@ impl Epoch {
 
 /// What findings say together of the errors that they share, priors of variance 1 taken once.
 #[derive(Clone, Debug)]
-pub(super) struct Pool {
+pub(crate) struct Pool {
     information: DMatrix<f64>,
     vector: DVector<f64>,
     /// Lower triangular factor of the information, and the most likely errors, of the findings so far.
     factor: DMatrix<f64>,
-    pub(super) errors: DVector<f64>,
+    pub(crate) errors: DVector<f64>,
 }
 
 impl Pool {
     /// That of no finding.
-    pub(super) fn new(errors: usize) -> Self {
+    pub(crate) fn new(errors: usize) -> Self {
         Self {
             information: DMatrix::identity(errors, errors),
             vector: DVector::zeros(errors),
@@ -100,7 +100,7 @@ impl Pool {
     }
 
     /// Adds a finding. Information that is none, as of a file that was changed, leaves the errors where they were.
-    pub(super) fn add(&mut self, epoch: &Epoch) {
+    pub(crate) fn add(&mut self, epoch: &Epoch) {
         self.information += &epoch.information;
         self.vector += &epoch.vector;
         if let Some(cholesky) = self.information.clone().cholesky() {
@@ -110,7 +110,7 @@ impl Pool {
     }
 
     /// Variance of these slopes times the errors.
-    pub(super) fn variance(&self, slopes: &DVector<f64>) -> f64 {
+    pub(crate) fn variance(&self, slopes: &DVector<f64>) -> f64 {
         self.factor.solve_lower_triangular(slopes).map_or(f64::INFINITY, |own| own.norm_squared())
     }
 }
