@@ -2,10 +2,14 @@
 
 use statrs::function::erf::erfc;
 
-/// Chances of deviations as large as these, adjusted for their number by Holm's method.
+/// Chances of deviations as large as these, in standard deviations of a normal distribution, adjusted for their number.
 pub(crate) fn holm(deviations: &[f64]) -> Vec<f64> {
-    let own: Vec<f64> =
-        deviations.iter().map(|own| erfc(own.abs() / std::f64::consts::SQRT_2)).collect();
+    let chances = deviations.iter().map(|own| erfc(own.abs() / std::f64::consts::SQRT_2));
+    adjusted(&chances.collect::<Vec<_>>())
+}
+
+/// Chances adjusted for their number.
+pub(crate) fn adjusted(own: &[f64]) -> Vec<f64> {
     let mut order: Vec<usize> = (0..own.len()).collect();
     order.sort_by(|a, b| own[*a].total_cmp(&own[*b]));
     let mut adjusted = vec![0.0; own.len()];

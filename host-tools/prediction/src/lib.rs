@@ -8,6 +8,7 @@
 //! | `lobes`        | the depth of cut at which the tool chatters, by spindle speed |
 //! | `comparison`   | whether two fits of a robot agree                           |
 //! | `history`      | what changed over many                                      |
+//! | `fleet`        | robots of one type as a population                          |
 //!
 //! Modes, receptance and compliance of the robot are those of [`flexid_pipeline::dynamics`].
 
@@ -15,6 +16,7 @@ pub mod comparison;
 pub mod compensation;
 pub mod document;
 mod findings;
+pub mod fleet;
 pub mod history;
 mod holm;
 pub mod lobes;
