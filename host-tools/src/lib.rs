@@ -10,6 +10,7 @@ pub mod demo;
 pub mod dh;
 mod feed;
 mod findings;
+mod fleet;
 mod history;
 mod json;
 mod lobes;

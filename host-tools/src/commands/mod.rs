@@ -6,6 +6,7 @@ mod compare;
 mod compensate;
 mod completions;
 mod export;
+mod fleet;
 mod history;
 mod identify;
 mod lobes;
@@ -58,6 +59,8 @@ enum Command {
     Compare(compare::Args),
     /// Says what has changed in a robot, over many results
     History(history::Args),
+    /// Says which robots of one type lie outside the others, with mean and spread of each parameter
+    Fleet(fleet::Args),
     /// Predicts the depth of cut at which a robot that mills chatters, by spindle speed
     Lobes(lobes::Args),
     /// Takes the deflection along a path back by joint offsets
@@ -96,6 +99,7 @@ pub fn main() -> ExitCode {
         Command::Predict(args) => predict::run(args),
         Command::Compare(args) => compare::run(args),
         Command::History(args) => history::run(args),
+        Command::Fleet(args) => fleet::run(args),
         Command::Lobes(args) => lobes::run(args),
         Command::Compensate(args) => compensate::run(args),
         Command::Map(args) => map::run(args),

@@ -56,8 +56,7 @@ fn models(differing: &[String]) -> Option<String> {
     if differing.is_empty() {
         return None;
     }
-    let is_of_kinematics = |key: &String| KINEMATICS.iter().any(|own| key.ends_with(own));
-    let what = match differing.iter().any(is_of_kinematics) {
+    let what = match differing.iter().any(|key| is_of_kinematics(key)) {
         true => "different robots",
         false => "different models of a robot",
     };
@@ -101,12 +100,18 @@ fn verdict(comparison: &Comparison) -> String {
 
 /// A change of what has this name, in words.
 pub(crate) fn in_words(name: &str, ratio: &PositiveEstimate) -> String {
+    let (is_less, by) = by(ratio);
+    format!("{name} {} by {by}", if is_less { "fell" } else { "rose" })
+}
+
+/// Whether a ratio is below 1, and by how much it differs: `12.0 % (10.1 to 13.9)`.
+pub(crate) fn by(ratio: &PositiveEstimate) -> (bool, String) {
     let [low, high] = ratio.interval.map(|ratio| 100.0 * (ratio - 1.0));
     let by = 100.0 * (ratio.value - 1.0);
     if by < 0.0 {
-        format!("{name} fell by {:.1} % ({:.1} to {:.1})", -by, -high, -low)
+        (true, format!("{:.1} % ({:.1} to {:.1})", -by, -high, -low))
     } else {
-        format!("{name} rose by {by:.1} % ({low:.1} to {high:.1})")
+        (false, format!("{by:.1} % ({low:.1} to {high:.1})"))
     }
 }
 
@@ -148,6 +153,11 @@ fn repetition([before, after]: [&Found; 2]) -> Option<String> {
         format!("both are of {}, among others", count(shared as u64, "common log"))
     };
     Some(format!("{what}: agreement proves nothing: compare results of separate cuts"))
+}
+
+/// Returns whether a key of the model file states how the joints lie.
+pub(crate) fn is_of_kinematics(key: &str) -> bool {
+    KINEMATICS.iter().any(|own| key.ends_with(own))
 }
 
 /// Keys of the model file that differ. Limits are no part of what is fitted.

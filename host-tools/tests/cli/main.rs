@@ -10,6 +10,7 @@ mod compensate;
 mod demo;
 mod faults;
 mod files;
+mod fleet;
 mod history;
 mod identify;
 mod import;
