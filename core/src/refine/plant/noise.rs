@@ -41,8 +41,8 @@ impl Refinement {
         Ok(())
     }
 
-    /// [Discounts](crate::linear::normal::Normal::discount) the divided records in the equations of the last fit. Returns whether there are any. A single
-    /// record shows too little for that: retired ones stay as they are.
+    /// [Discounts](crate::linear::normal::Normal::discount) the divided records in the equations of the last fit. Returns whether there are any. The K of
+    /// retired records, which nobody knows any more, is taken as that of as many kept ones.
     ///
     /// # Errors
     /// The robot has no equilibrium where the plant stands; then the equations stay.
@@ -53,10 +53,13 @@ impl Refinement {
         plant: &mut Plant,
     ) -> Result<bool, LinearisationError> {
         let divided = || experiments.iter().enumerate().filter(|(_, own)| !own.is_whole());
-        if divided().next().is_none() {
+        let kept = divided().count();
+        if kept == 0 {
             return Ok(false);
         }
-        let Plant { imperfections, point, summary, minimiser, factor, whole, record, .. } = plant;
+        let Plant {
+            imperfections, point, summary, minimiser, factor, whole, record, retired, ..
+        } = plant;
         let normal = &mut minimiser.normal;
         let (own, noise) = (factor, whole);
         own.reset(normal.unknowns());
@@ -68,6 +71,11 @@ impl Refinement {
         for numbered in divided() {
             objective.add_record(point, numbered, Asked::Fit, own)?;
             objective.add_noise(point, numbered, noise)?;
+        }
+        if let Some(retired) = retired {
+            retired.add_to(own, problem.sought, point, &imperfections.all);
+            let all = 1.0 + retired.information.records() as f64 / kept as f64;
+            noise.entries_mut().iter_mut().for_each(|entry| *entry *= all);
         }
         normal.subtract_complement(own, 0);
         own.discount(problem.level, noise, record, &mut [0.0; ALL]);
