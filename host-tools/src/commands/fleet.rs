@@ -3,14 +3,12 @@
 use std::path::PathBuf;
 
 use anyhow::Result;
-use flexid_console::exit::{BadArgument, Told as Failed};
-use flexid_edge::console::{PrintError, print};
 use flexid_pipeline::input::BadInput;
-use flexid_prediction::document::{Found, SCHEMA};
+use flexid_prediction::document::Found;
 use flexid_prediction::fleet::fleet;
 use flexid_prediction::parameter::IncomparableError;
-use serde::Serialize;
 
+use super::told::{check_level, tell};
 use crate::fleet::robots::Robots;
 use crate::fleet::{Told, table};
 use crate::window;
@@ -39,20 +37,8 @@ pub(super) struct Args {
     json: bool,
 }
 
-#[derive(Serialize)]
-struct Json<'a> {
-    schema: u32,
-    #[serde(flatten)]
-    told: &'a Told,
-}
-
 pub(super) fn run(args: &Args) -> Result<()> {
-    if !(args.level > 0.0 && args.level <= 0.5) {
-        let level = args.level;
-        return Err(
-            BadArgument(format!("--level is {level}: must be above 0 and at most 0.5")).into()
-        );
-    }
+    check_level(args.level)?;
     let robots = Robots::load(&args.results)?;
     let all: Vec<&Found> = robots.used.iter().map(|own| &own.found).collect();
     let fleet = fleet(&all, args.level).map_err(|(number, error)| {
@@ -68,14 +54,5 @@ pub(super) fn run(args: &Args) -> Result<()> {
         BadInput::new(&robots.used[number].file, why)
     })?;
     let told = Told::new(&robots, fleet, args.level);
-    let text = if args.json {
-        serde_json::to_string_pretty(&Json { schema: SCHEMA, told: &told })? + "\n"
-    } else {
-        window::fit(&table::text(&told, window::columns()))
-    };
-    match print(&text) {
-        // A reader that closes the pipe does not make robots alike.
-        Ok(()) | Err(PrintError::Closed) if told.outside => Err(Failed.into()),
-        printed => Ok(printed?),
-    }
+    tell(&told, |told| table::text(told, window::columns()), args.json, told.outside)
 }

@@ -3,15 +3,13 @@
 use std::path::PathBuf;
 
 use anyhow::Result;
-use flexid_console::exit::{BadArgument, Told as Failed};
 use flexid_console::output::{self, Output};
-use flexid_edge::console::{PrintError, print};
 use flexid_pipeline::input::BadInput;
-use flexid_prediction::document::{Found, SCHEMA};
+use flexid_prediction::document::Found;
 use flexid_prediction::history::history;
 use flexid_report::history::{Finding, Page, render};
-use serde::Serialize;
 
+use super::told::{check_level, tell};
 use crate::history::findings::Findings;
 use crate::history::{Told, table};
 use crate::window;
@@ -44,20 +42,8 @@ pub(super) struct Args {
     html: Option<PathBuf>,
 }
 
-#[derive(Serialize)]
-struct Json<'a> {
-    schema: u32,
-    #[serde(flatten)]
-    told: &'a Told,
-}
-
 pub(super) fn run(args: &Args) -> Result<()> {
-    if !(args.level > 0.0 && args.level <= 0.5) {
-        let level = args.level;
-        return Err(
-            BadArgument(format!("--level is {level}: must be above 0 and at most 0.5")).into()
-        );
-    }
+    check_level(args.level)?;
     let findings = Findings::load(&args.results)?;
     let files = findings.used.iter().map(|(file, _)| file.as_path());
     output::keeps(files, args.html.as_deref())?;
@@ -69,17 +55,8 @@ pub(super) fn run(args: &Args) -> Result<()> {
     if let Some(page) = page {
         page.finish_and_say(&html(&told, &findings), "history")?;
     }
-    let text = if args.json {
-        serde_json::to_string_pretty(&Json { schema: SCHEMA, told: &told })? + "\n"
-    } else {
-        window::fit(&table::text(&told, window::columns()))
-    };
     let fails = if args.new { told.newly } else { told.changed };
-    match print(&text) {
-        // A reader that closes the pipe does not leave the robot unchanged.
-        Ok(()) | Err(PrintError::Closed) if fails => Err(Failed.into()),
-        printed => Ok(printed?),
-    }
+    tell(&told, |told| table::text(told, window::columns()), args.json, fails)
 }
 
 fn html(told: &Told, findings: &Findings) -> String {

@@ -22,6 +22,7 @@ mod range;
 mod report;
 mod reproduce;
 mod simulate;
+mod told;
 mod watch;
 mod web;
 
