@@ -1,106 +1,44 @@
 //! Results and states as JSON: the file of `identify --json`, and the lines of `watch --json`.
-//!
-//! Lines of text are for people. Beside each stands what it names and counts, for scripts. A kind without numbers or names is a
-//! string, `"imposed_parameters"`; any other kind is an object with one entry, `{"bus_errors": {"errors": 3}}`.
 
 use flexid_pipeline::clocks::FoundClocks;
+use flexid_pipeline::document::{FindingJson, WithText};
 use flexid_pipeline::report::StaticReport;
 use flexid_pipeline::robot::FoundRobot;
 use flexid_pipeline::shared::Shared;
 use flexid_report::evidence::{Evidence, Origin};
 use flexid_simulation::coverage::Coverage;
-use flexid_wire::answer::Answer;
-use flexid_wire::confidence::{Confidence, Correlations, HeldOut, JointIntervals, Nuisance};
-use flexid_wire::directions::WeakDirection;
-use flexid_wire::explanation::Explanation;
 use flexid_wire::finding::Finding;
-use flexid_wire::left_over::LeftOver;
 use flexid_wire::messages::Status;
-use flexid_wire::report::{Acceptance, Fit, JointReport, Report};
-use flexid_wire::residuals::Residuals;
+use flexid_wire::report::{Acceptance, Fit, JointReport};
 use flexid_wire::spectra::Spectra;
 use flexid_wire::state::State;
-use flexid_wire::warning::Warning;
 use serde::{Deserialize, Serialize};
 
 pub(crate) use flexid_prediction::document::SCHEMA;
 
-/// A finding as JSON.
+/// A finding as JSON, with what only one command says.
 #[derive(Serialize)]
 pub(crate) struct ResultJson<'a> {
-    schema: u32,
-    joints: &'a [JointReport],
-    fit: &'a Fit,
-    warnings: Vec<String>,
-    warning_kinds: &'a [Warning],
-    confidence: ConfidenceJson<'a>,
-    /// The robot as a whole. Left out if the robot does not stand by these parameters.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    answer: Option<WithText<'a, Answer>>,
+    #[serde(flatten)]
+    finding: FindingJson<'a>,
     /// Doubts about the robot's model, as `check` says. Left out if nothing is, and of a daemon.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     model_warnings: Vec<String>,
     /// Each static test in the fit. Left out without static tests, and of a daemon.
     #[serde(skip_serializing_if = "Option::is_none")]
     static_tests: Option<&'a StaticReport>,
-    /// The robot that predicts motion. Left out of a daemon's result.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    robot: Option<&'a FoundRobot>,
-    /// What it shares with other findings of the robot. Left out without records, and of a daemon's result.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    shared: Option<&'a Shared>,
     /// Evidence that a report shows beside. Left out without records, and of a daemon.
     #[serde(flatten, skip_serializing_if = "Option::is_none")]
     evidence: Option<&'a Evidence>,
     /// Clocks of the sensors. Left out if one counter counts the instants of both, and of a daemon.
     #[serde(skip_serializing_if = "Option::is_none")]
     clocks: Option<WithText<'a, FoundClocks>>,
-    /// Origin of the result. Left out of a daemon's result.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    origin: Option<&'a Origin>,
     /// Intervals that hold the truth. Left out if that is not given.
     #[serde(skip_serializing_if = "Option::is_none")]
     truth: Option<&'a Coverage>,
     /// Measured and modelled spectra of the newest record. Left out without records, and of a result that is not a daemon's.
     #[serde(skip_serializing_if = "Option::is_none")]
     spectra: Option<&'a Spectra>,
-}
-
-#[derive(Serialize)]
-struct ConfidenceJson<'a> {
-    joints: &'a [JointIntervals],
-    nuisances: &'a [Nuisance],
-    explanations: Vec<ExplanationJson<'a>>,
-    correlations: &'a Correlations,
-    weak_directions: Vec<WithText<'a, WeakDirection>>,
-    residuals: WithText<'a, Residuals>,
-    left_over: Vec<WithText<'a, LeftOver>>,
-    held_out: &'a [HeldOut],
-    retired: u64,
-    left_out: u64,
-    robust_widening: Option<f64>,
-}
-
-/// Entries of a value, and `text`, its line for people.
-#[derive(Serialize)]
-struct WithText<'a, T> {
-    #[serde(flatten)]
-    value: &'a T,
-    text: String,
-}
-
-/// An explanation with its lines for people.
-#[derive(Serialize)]
-struct ExplanationJson<'a> {
-    #[serde(flatten)]
-    value: &'a Explanation,
-    text: String,
-    /// Other errors of the same kind. `null` if nothing is.
-    alike: Option<String>,
-    /// Explanations that are as likely.
-    alternatives: Option<String>,
-    /// Mend. `null` if the accuracy is not contradicted.
-    remedy: Option<String>,
 }
 
 /// A conclusion from a fit, and how far it is to be trusted.
@@ -157,22 +95,12 @@ fn first_schema() -> u32 {
 
 impl<'a> From<&'a Finding> for ResultJson<'a> {
     fn from(finding: &'a Finding) -> Self {
-        let Finding { report: Report { joints, fit, warnings }, confidence, answer } = finding;
         Self {
-            schema: SCHEMA,
-            joints,
-            fit,
-            warnings: warnings.iter().map(ToString::to_string).collect(),
-            warning_kinds: warnings,
-            confidence: confidence.into(),
-            answer: answer.as_ref().map(WithText::from),
+            finding: finding.into(),
             model_warnings: Vec::new(),
             static_tests: None,
-            robot: None,
-            shared: None,
             evidence: None,
             clocks: None,
-            origin: None,
             truth: None,
             spectra: None,
         }
@@ -185,23 +113,23 @@ impl<'a> ResultJson<'a> {
         Self { model_warnings, ..self }
     }
 
-    /// The result with the robot that predicts motion, and the verdict of the fit of each static test.
-    pub(crate) fn with(
+    /// The result with the robot that predicts motion, and with what it shares with other findings of the robot.
+    pub(crate) fn of_robot(
         self,
         robot: Option<&'a FoundRobot>,
-        static_tests: Option<&'a StaticReport>,
+        shared: Option<&'a Shared>,
     ) -> Self {
-        Self { robot, static_tests, ..self }
+        Self { finding: self.finding.of_robot(robot, shared), ..self }
     }
 
-    /// The result with what it shares with other findings of the robot.
-    pub(crate) fn with_shared(self, shared: Option<&'a Shared>) -> Self {
-        Self { shared, ..self }
+    /// The result with the verdict of the fit of each static test.
+    pub(crate) fn with_static_tests(self, static_tests: Option<&'a StaticReport>) -> Self {
+        Self { static_tests, ..self }
     }
 
     /// The result with the evidence that a report shows, and its origin.
     pub(crate) fn with_evidence(self, evidence: Option<&'a Evidence>, origin: &'a Origin) -> Self {
-        Self { evidence, origin: Some(origin), ..self }
+        Self { evidence, finding: self.finding.from_origin(origin), ..self }
     }
 
     /// The result with the clocks of the sensors.
@@ -218,50 +146,6 @@ impl<'a> ResultJson<'a> {
     pub(crate) fn with_spectra(self, spectra: Option<&'a Spectra>) -> Self {
         Self { spectra, ..self }
     }
-}
-
-impl<'a> From<&'a Confidence> for ConfidenceJson<'a> {
-    fn from(confidence: &'a Confidence) -> Self {
-        let Confidence {
-            joints,
-            nuisances,
-            explanations,
-            correlations,
-            weak_directions,
-            residuals,
-            left_over,
-            held_out,
-            retired,
-            left_out,
-            robust_widening,
-        } = confidence;
-        Self {
-            joints,
-            nuisances,
-            explanations: explanations.iter().map(|own| explanation(own, nuisances)).collect(),
-            correlations,
-            weak_directions: weak_directions.iter().map(WithText::from).collect(),
-            residuals: residuals.into(),
-            left_over: left_over.iter().map(WithText::from).collect(),
-            held_out,
-            retired: *retired,
-            left_out: *left_out,
-            robust_widening: *robust_widening,
-        }
-    }
-}
-
-impl<'a, T: ToString> From<&'a T> for WithText<'a, T> {
-    fn from(value: &'a T) -> Self {
-        Self { value, text: value.to_string() }
-    }
-}
-
-fn explanation<'a>(value: &'a Explanation, nuisances: &[Nuisance]) -> ExplanationJson<'a> {
-    let alike = value.alike(nuisances).map(|alike| alike.to_string());
-    let alternatives = value.alternatives().map(|rivals| rivals.to_string());
-    let remedy = value.remedy().map(|remedy| remedy.to_string());
-    ExplanationJson { value, text: value.to_string(), alike, alternatives, remedy }
 }
 
 impl<'a> From<&'a Status> for StatusJson<'a> {
@@ -284,9 +168,11 @@ impl<'a> From<&'a Status> for StatusJson<'a> {
 #[cfg(test)]
 mod tests {
     use flexid_wire::accuracy::Accuracy;
-    use flexid_wire::directions::Share;
-    use flexid_wire::explanation::Deviation;
+    use flexid_wire::directions::{Share, WeakDirection};
+    use flexid_wire::explanation::{Deviation, Explanation};
+    use flexid_wire::left_over::LeftOver;
     use flexid_wire::text::clipped;
+    use flexid_wire::warning::Warning;
     use serde_json::json;
 
     use super::*;

@@ -10,7 +10,7 @@
 //! | [`poses`]: joint angles of tables        | [`clocks`]: instants of sensors without a common counter          |
 //! | [`receptance`]: modal tests              |                                                                   |
 //! | [`path`]: the tool's path, with forces   | [`check`]: frames to what is right and wrong in them, without a fit |
-//! | [`knowledge`]: what experiments say of a robot with imperfections | |
+//! | [`knowledge`]: what experiments say of a robot with imperfections | [`document`]: a finding to JSON               |
 #![forbid(unsafe_code)]
 
 // Its tests and those beside it share files.
@@ -21,6 +21,8 @@ pub mod check;
 pub mod clocks;
 mod columns;
 pub mod config;
+pub mod date;
+pub mod document;
 pub mod dynamics;
 pub mod input;
 pub mod intake;

@@ -13,10 +13,7 @@ use serde::Deserialize;
 
 use flexid_pipeline::dynamics::Robot;
 
-/// Version of the result. An entry that is added does not change it. An entry that is renamed or removed, or whose meaning
-/// changes, does. Version 1 has stiffnesses and dampings at the middle of the band, √(f₁ f₂), where version 2 has them at
-/// `robot.reference_hz`; [`Robot::reference_hz`] is right for both.
-pub const SCHEMA: u32 = 2;
+pub use flexid_pipeline::document::SCHEMA;
 
 /// Tells whether a fit is so far from its records that no interval of a parameter holds.
 pub fn is_far(fit: &Fit) -> bool {

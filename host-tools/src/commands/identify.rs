@@ -16,7 +16,7 @@ use flexid_pipeline::robot::FoundRobot;
 use flexid_pipeline::shared::Shared as SharedErrors;
 use flexid_pipeline::{Outcome, run_offline, run_statics};
 use flexid_report::document::Document;
-use flexid_report::evidence::{Evidence, Origin, sha256};
+use flexid_report::evidence::{self, Evidence, Origin, sha256};
 use flexid_report::{friction, render};
 use flexid_simulation::coverage::Coverage;
 use flexid_simulation::scenario::Scenario;
@@ -141,8 +141,8 @@ fn identify(args: &Args, summary: &mut Option<Summary>) -> Result<()> {
         let origin = origin(args, &config, evidence.as_ref());
         let result = ResultJson::from(&finding)
             .with_model_warnings(urdf::warnings(&config.model))
-            .with(robot.as_ref(), statics.as_ref())
-            .with_shared(shared.as_ref())
+            .of_robot(robot.as_ref(), shared.as_ref())
+            .with_static_tests(statics.as_ref())
             .with_evidence(evidence.as_ref(), &origin)
             .with_clocks(clocks.as_ref())
             .with_truth(coverage.as_ref());
@@ -210,7 +210,7 @@ fn origin(args: &Args, config: &Config, evidence: Option<&Evidence>) -> Origin {
     let logs: Vec<&Path> = args.logs.iter().map(PathBuf::as_path).collect();
     let options: &[&str] = if args.explain { &["--explain"] } else { &[] };
     let start_s = evidence.and_then(Evidence::start_s);
-    Origin::new("identify", options, &configuration, &logs, start_s)
+    evidence::origin("identify", options, &configuration, &logs, start_s)
 }
 
 /// The page that `report` makes of the result.

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use anyhow::Result;
 use flexid_console::output::{self, Output};
 use flexid_report::document::Document;
-use flexid_report::evidence::OriginFile;
+use flexid_report::evidence::{self, OriginFile};
 use flexid_report::render;
 
 const AFTER_HELP: &str = "Examples:
@@ -27,6 +27,6 @@ pub(super) fn run(args: &Args) -> Result<()> {
     let page = args.out.clone().unwrap_or_else(|| args.found.with_extension("html"));
     output::keeps([&*args.found], [&*page])?;
     let output = Output::create(&page)?;
-    let OriginFile { name, sha256 } = OriginFile::of(&args.found);
+    let OriginFile { name, sha256 } = evidence::file(&args.found);
     output.finish_and_say(&render(&document, &name, sha256.as_deref()), "report")
 }

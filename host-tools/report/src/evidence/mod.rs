@@ -14,8 +14,9 @@ use serde::{Deserialize, Serialize};
 
 pub use curve::POINTS;
 use curve::rounded;
+pub use flexid_pipeline::document::{Origin, OriginFile};
 pub use frf::{MeasuredPoint, MeasuredReceptance, Signals, estimate};
-pub use origin::{Origin, OriginFile, days, quoted, sha256};
+pub use origin::{days, file, origin, quoted, sha256};
 pub use quality::DataQuality;
 pub use spectra::{Octave, RecordEvidence, RecordSpectra};
 
