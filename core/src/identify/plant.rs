@@ -54,7 +54,7 @@ impl<R> Identifier<R> {
     /// divided experiments becomes that of the plant.
     ///
     /// Returns `None` without a settled estimate of experiments, and for a plant without imperfections or of other joints.
-    /// `go_on` is asked before each step; once it says no, `None` is returned, and the movement may be that of a fit that has not ended.
+    /// `go_on` is asked before each step and each experiment; once it says no, `None` is returned, and the movement may be that of a fit that has not ended.
     // A fit is large: inlined, it would take room on the stack of the caller.
     #[inline(never)]
     pub fn estimate_of_plant<const B: usize>(
@@ -69,7 +69,7 @@ impl<R> Identifier<R> {
             return None;
         }
         let is_fitted = mem::take(&mut self.is_fitted_to_plant);
-        let Self { chain, measurement, bounds, sought, statics, refinement, .. } = self;
+        let Self { chain, measurement, bounds, sought, statics, refinement, forgotten, .. } = self;
         let problem = Problem { chain, measurement, bounds, sought, statics, level: self.level };
         refinement.follow_retired(plant);
         refinement.restart_at(&settled.coordinates);
@@ -93,17 +93,24 @@ impl<R> Identifier<R> {
                 prolongations += 1;
                 continue;
             }
+            if plant.contradicts_retired(&problem, fit.inflation()) {
+                *forgotten += refinement.forget_retired(sought, plant);
+                prolongations = 0;
+                continue;
+            }
             if !plant.adopt_explanations(&problem, fit.inflation()) {
                 break ended;
             }
             prolongations = 0;
         };
-        let Some((mut fit, remaining)) = ended else {
+        let without_noise = ended.and_then(|(mut fit, remaining)| {
+            refinement.leave_noise_out(&problem, experiments, plant, &mut fit, &mut go_on)?;
+            Some((fit, remaining))
+        });
+        let Some((fit, remaining)) = without_noise else {
             refinement.restart_at(&settled.coordinates);
             return None;
         };
-        // Without an equilibrium there, the fit is the one that has ended.
-        let _ = refinement.leave_noise_out(&problem, experiments, plant, &mut fit);
         let coordinates = *refinement.coordinates();
         let mut minimum = Minimum::new(coordinates, settled.found_by, fit, &remaining, sought);
         minimum.apart.clone_from(&settled.apart);

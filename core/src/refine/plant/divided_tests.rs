@@ -87,7 +87,10 @@ fn noise_in_seams_is_no_information() {
             while refinement.step_plant(&problem, own, &mut plant) == Outcome::Improving {}
             let (mut fit, _) = refinement.fit_plant(&problem, own, &mut plant).unwrap();
             let before = fit.clone();
-            refinement.leave_noise_out(&problem, own, &mut plant, &mut fit).unwrap();
+            let stopped = refinement.leave_noise_out(&problem, own, &mut plant, &mut fit, || false);
+            let is_divided = own.iter().any(|record| !record.is_whole());
+            assert_eq!(stopped.is_none(), is_divided);
+            refinement.leave_noise_out(&problem, own, &mut plant, &mut fit, || true).unwrap();
             let ratio = |i| fit.covariance.deviation(i) / before.covariance.deviation(i);
             let ratios = (0..sought.unknowns()).map(ratio);
             ratios.fold([f64::INFINITY, 0.0_f64], |[least, most], it| [least.min(it), most.max(it)])

@@ -45,7 +45,7 @@ impl Refinement {
         plant.determine();
         let of_priors = plant.variances_of_priors();
         let scatter = self.jackknife(problem, experiments, plant)?;
-        self.discount_fit(problem, experiments, plant).ok()?;
+        self.discount_fit(problem, experiments, plant, || true)?;
         let moved: [f64; ALL] =
             core::array::from_fn(|column| libm::sqrt(scatter[column] + of_priors[column]));
         let count = plant.imperfections.all.len();

@@ -11,25 +11,23 @@ use super::super::sum_of_squares::SumOfSquares;
 use super::Plant;
 use super::domain::PlantDomain;
 use super::objective::OfPlant;
-use crate::chain::linearise::LinearisationError;
 use crate::spectrum::Experiment;
 use crate::verdict::Covariance;
 
 impl Refinement {
     /// Goes from the minimum of a plant, whose [fit](Refinement::fit_plant) this is, to the estimate in which the noise in the seams of divided records
     /// counts as noise. Its covariance becomes that of the fit, whose residuals are those of the minimum. Without divided records nothing changes.
-    ///
-    /// # Errors
-    /// The robot has no equilibrium at the minimum.
+    /// `go_on` is asked before each of them. Returns `None` once it says no, and if the robot has no equilibrium at the minimum.
     pub(crate) fn leave_noise_out<const B: usize>(
         &mut self,
         problem: &Problem<'_>,
         experiments: &[Experiment<B>],
         plant: &mut Plant,
         fit: &mut Fit,
-    ) -> Result<(), LinearisationError> {
-        if !self.discount_fit(problem, experiments, plant)? {
-            return Ok(());
+        go_on: impl FnMut() -> bool,
+    ) -> Option<()> {
+        if !self.discount_fit(problem, experiments, plant, go_on)? {
+            return Some(());
         }
         let Plant { imperfections, minimiser, point, .. } = plant;
         let domain = PlantDomain::new(problem, &imperfections.all);
@@ -38,24 +36,23 @@ impl Refinement {
         minimiser.normal.shift(&step);
         self.go_where_plant_stands(problem, plant);
         fit.take(problem.sought, Covariance::of(&self.minimiser.normal));
-        Ok(())
+        Some(())
     }
 
     /// [Discounts](crate::linear::normal::Normal::discount) the divided records in the equations of the last fit. Returns whether there are any. The K of
-    /// retired records, which nobody knows any more, is taken as that of as many kept ones.
-    ///
-    /// # Errors
-    /// The robot has no equilibrium where the plant stands; then the equations stay.
+    /// retired records, which nobody knows any more, is taken as that of as many kept ones. Returns `None` once `go_on` says no, and if the robot has no
+    /// equilibrium where the plant stands; then the equations stay.
     pub(super) fn discount_fit<const B: usize>(
         &mut self,
         problem: &Problem<'_>,
         experiments: &[Experiment<B>],
         plant: &mut Plant,
-    ) -> Result<bool, LinearisationError> {
+        mut go_on: impl FnMut() -> bool,
+    ) -> Option<bool> {
         let divided = || experiments.iter().enumerate().filter(|(_, own)| !own.is_whole());
         let kept = divided().count();
         if kept == 0 {
-            return Ok(false);
+            return Some(false);
         }
         let Plant {
             imperfections, point, summary, minimiser, factor, whole, record, retired, ..
@@ -69,8 +66,11 @@ impl Refinement {
         let mut objective =
             SumOfSquares { problem, experiments: &[], fitted, relative_error: 0.0, every: 1 };
         for numbered in divided() {
-            objective.add_record(point, numbered, Asked::Fit, own)?;
-            objective.add_noise(point, numbered, noise)?;
+            if !go_on() {
+                return None;
+            }
+            objective.add_record(point, numbered, Asked::Fit, own).ok()?;
+            objective.add_noise(point, numbered, noise).ok()?;
         }
         if let Some(retired) = retired {
             retired.add_to(own, problem.sought, point, &imperfections.all);
@@ -80,6 +80,6 @@ impl Refinement {
         normal.subtract_complement(own, 0);
         own.discount(problem.level, noise, record, &mut [0.0; ALL]);
         normal.add_complement(own, 0);
-        Ok(true)
+        Some(true)
     }
 }

@@ -12,6 +12,7 @@ use super::Plant;
 use super::domain::Point;
 use super::retired::{RetiredOfPlant, behind, bent, slopes};
 use crate::chain::linearise::LinearisationError;
+use crate::chi_square::rarely_exceeded;
 use crate::linear::normal::Derivatives;
 use crate::sought::{MAX_UNKNOWNS, Sought};
 use crate::spectrum::Experiment;
@@ -69,6 +70,15 @@ impl Refinement {
         Ok(())
     }
 
+    /// Drops the retired records here and in a plant, whose fit goes on without them. Returns their number.
+    pub(crate) fn forget_retired(&mut self, sought: &Sought, plant: &mut Plant) -> u64 {
+        self.set_retired_aside(sought);
+        let forgotten = self.end_setting_aside(false);
+        self.follow_retired(plant);
+        plant.minimiser.restart();
+        forgotten
+    }
+
     /// Takes over the retired records of a plant, if they or the imperfections of the model have changed. The plant drops those that have been
     /// dropped here.
     pub(crate) fn follow_retired(&mut self, plant: &mut Plant) {
@@ -87,6 +97,27 @@ impl Refinement {
 }
 
 impl Plant {
+    /// Returns whether the retired records contradict the others where the last fit has ended, with residuals of so many times the power of noise: the
+    /// minimum of both exceeds the sum of their own by more than noise makes it. They do where the robot has changed. They also do where they have retired
+    /// while few poses had been seen: the robot was then far from where they are expanded, and their sum of squares is no quadratic that wide.
+    // Inlined, the normal equations would take room on the stack of the caller.
+    #[inline(never)]
+    pub(crate) fn contradicts_retired(&mut self, problem: &Problem<'_>, inflation: f64) -> bool {
+        let Self { imperfections, point, minimiser, factor, whole, retired, .. } = self;
+        let Some(retired) = retired.as_ref().filter(|own| own.information.records() > 0) else {
+            return false;
+        };
+        let all = &minimiser.normal;
+        let (own, rest) = (factor, whole);
+        own.reset(all.unknowns());
+        retired.add_to(own, problem.sought, point, &imperfections.all);
+        rest.reset(all.unknowns());
+        rest.add_complement(all, 0);
+        rest.subtract_complement(own, 0);
+        let contradiction = own.excess() + rest.excess() - all.excess();
+        contradiction > inflation * rarely_exceeded(own.unknowns() as f64)
+    }
+
     /// Point about which the retired records are expanded: that where the plant stands, if there are none yet. The imperfections of records keep
     /// their values.
     // Inlined, its normal equations would take room on the stack of the caller.
@@ -144,3 +175,6 @@ impl Plant {
         Some(())
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -309,7 +309,7 @@ pub(super) fn on_large_stack<T: Send + 'static>(run: impl FnOnce() -> T + Send +
 }
 
 /// The acceleration that the model reads, and white noise of one part in a hundred thousand of the mean square.
-fn noisy(
+pub(super) fn noisy(
     mut experiment: Experiment<BINS>,
     model: &Model,
     random: &mut Xoshiro256PlusPlus,

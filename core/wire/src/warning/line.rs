@@ -47,7 +47,7 @@ impl fmt::Display for Warning {
             ),
             Self::RobotChanged { forgotten } => write!(
                 f,
-                "{} forgotten that contradict the newer ones: the robot or its tool has changed",
+                "{} forgotten, which newer ones contradict: the robot or its tool has changed, or they are of few poses",
                 Count(*forgotten, "older record")
             ),
             Self::Trouble(trouble) => trouble.fmt(f),
