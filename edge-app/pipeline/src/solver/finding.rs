@@ -120,8 +120,7 @@ impl Solver {
     }
 
     fn refused(&self) -> Option<Unused> {
-        let (records, first) = self.refused.clone()?;
-        Some(Unused::Refused { records, first })
+        self.refused.unused(self.records)
     }
 
     fn unfinished(&self) -> Option<Unused> {

@@ -23,7 +23,7 @@ impl Solver {
                     self.numbers.push(self.came);
                     (self.has_new_receptances, self.changed) = (true, true);
                 }
-                Err(fault) => self.refused.get_or_insert((0, fault)).0 += 1,
+                Err(fault) => self.refused.note(fault),
             }
         }
     }

@@ -6,6 +6,7 @@ mod experiment;
 mod finding;
 mod fitted;
 mod kept;
+mod refused;
 mod repeats;
 mod retention;
 mod spectra;
@@ -41,6 +42,7 @@ use course::Course;
 pub use course::CoursePoint;
 pub(crate) use experiment::{Candidate, experiment};
 pub use fitted::{FittedBin, FittedRecord};
+use refused::Refused;
 pub(crate) use repeats::{Fingerprint, Taken};
 use retention::Room;
 pub use spectra::{Band, bands};
@@ -109,8 +111,7 @@ pub struct Solver {
     poses: Vec<Pose>,
     /// Number of records that are left in the queue at the end.
     waiting: u64,
-    /// Number of refused records, and the fault of the first.
-    refused: Option<(u64, RecordFault)>,
+    refused: Refused,
     /// Number of poses that made room without leaving their information.
     dropped_poses: u64,
     /// Number of records that were too short to take the place of others.
@@ -234,7 +235,7 @@ impl Solver {
                     self.taken.add(self.came, Fingerprint::of(record));
                     self.records += 1;
                 }
-                Err(fault) => self.refused.get_or_insert((0, fault)).0 += 1,
+                Err(fault) => self.refused.note(fault),
             }
         }
     }
@@ -281,7 +282,7 @@ impl Solver {
             settled: 0,
             poses: Vec::new(),
             waiting: 0,
-            refused: None,
+            refused: Refused::default(),
             dropped_poses: 0,
             too_short: 0,
             scale,
@@ -354,7 +355,7 @@ impl Solver {
                     self.note_settled();
                 }
             }
-            Err(fault) => self.refused.get_or_insert((0, fault)).0 += 1,
+            Err(fault) => self.refused.note(fault),
         }
     }
 
