@@ -10,8 +10,8 @@ pub const SAMPLES: usize = 32_768;
 pub const BINS: usize = 4096;
 /// Most records that are kept. The newest records are kept.
 pub use flexid_core::search::MAX_EXPERIMENTS;
-/// Most records of one pose that are kept.
-pub const MAX_PER_POSE: usize = 4;
+/// Most records of one pose that are kept: three poses, as the paper has, share the room.
+pub const MAX_PER_POSE: usize = MAX_EXPERIMENTS / 3;
 
 /// A record of this pipeline.
 pub type Record = flexid_core::stream::Record<SAMPLES>;

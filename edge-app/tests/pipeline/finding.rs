@@ -156,17 +156,17 @@ fn counted_intervals(Finding { report, confidence, .. }: &Finding) -> usize {
     intervals
 }
 
-/// Seven records at one pose, of which four are kept, and a model so wrong that none of the others is folded in.
+/// Eight records at one pose, of which five are kept, and a model so wrong that none of the others is folded in.
 #[test]
 fn records_that_are_lost_are_counted() {
     let config = config();
-    let frames = frames(&config, &[[0.0, -0.45, 0.95]; 7], block);
+    let frames = frames(&config, &[[0.0, -0.45, 0.95]; 8], block);
     let mut source = Replay { frames: frames.into_iter(), breaks: false };
     let outcome = run_offline(&config, &mut source, |_| {}, |_| {}).unwrap();
     let taken = outcome.counts.stream.records;
     let Finding { report, confidence, .. } = outcome.finding.expect("a finding");
-    assert!(taken >= 7 && !report.warnings.is_empty(), "{taken} records");
-    assert_eq!((report.fit.records, confidence.retired, confidence.left_out), (4, 0, taken - 4));
+    assert!(taken >= 8 && !report.warnings.is_empty(), "{taken} records");
+    assert_eq!((report.fit.records, confidence.retired, confidence.left_out), (5, 0, taken - 5));
     let lost = |warning: &Warning| matches!(warning, Warning::MadeRoom { .. });
     assert!(report.warnings.iter().any(lost), "{:?}", report.warnings);
 }

@@ -46,16 +46,16 @@ fn a_record_joins_another_that_the_first_start_does_not_settle() {
 fn records_settle_before_one_makes_room() {
     on_a_large_stack(|| {
         let (config, go_on) = (config(), Stop::new());
-        let records = unexplained(&config, &[POSES[0]; 2]);
-        assert!(records.len() > 4, "not more than are kept of a pose");
+        let records = unexplained(&config, &[POSES[0]; 3]);
+        assert!(records.len() > 5, "not more than are kept of a pose");
         let mut solver = Solver::new(&config).unwrap();
-        for record in &records[..4] {
+        for record in &records[..5] {
             solver.admit(record, &go_on, |_| {});
             solver.work(&go_on, || true, |_| {});
         }
         assert_eq!(records_in(&solver), None);
-        solver.admit(&records[4], &go_on, |_| {});
-        assert_eq!(records_in(&solver), Some(4));
+        solver.admit(&records[5], &go_on, |_| {});
+        assert_eq!(records_in(&solver), Some(5));
     });
 }
 

@@ -225,6 +225,6 @@ mod tests {
             .records
             .extend((4..=8).map(|number| Examined { pose_number: Some(1), ..record(number) }));
         let all = judge(&config(), &survey, false);
-        assert!(all.iter().any(|one| one.severity == Note && one.finding.contains("newest 4")));
+        assert!(all.iter().any(|one| one.severity == Note && one.finding.contains("newest 5")));
     }
 }

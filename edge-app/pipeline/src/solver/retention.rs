@@ -104,7 +104,7 @@ mod tests {
     #[test]
     fn the_newest_of_a_pose_are_kept_beside_each_other() {
         assert_eq!(keep(&[(0.0, FULL); 3]), [0, 1, 2]);
-        assert_eq!(keep(&[(0.0, FULL); 6]), [2, 3, 4, 5]);
+        assert_eq!(keep(&[(0.0, FULL); 7]), [2, 3, 4, 5, 6]);
         assert_eq!(keep(&[(0.0, FULL), (0.0, SHORT), (0.0009, FULL)]), [0, 1, 2]);
     }
 
@@ -118,12 +118,12 @@ mod tests {
 
     #[test]
     fn a_short_record_makes_room_first_and_takes_none_from_full_ones() {
-        let mut records = vec![(0.0, FULL); 4];
+        let mut records = vec![(0.0, FULL); MAX_PER_POSE];
         records.push((0.0, SHORT));
-        assert_eq!(keep(&records), [0, 1, 2, 3]);
+        assert_eq!(keep(&records), [0, 1, 2, 3, 4]);
         records[1].1 = SHORT;
-        records[4].1 = FULL;
-        assert_eq!(keep(&records), [0, 2, 3, 4]);
+        records[MAX_PER_POSE].1 = FULL;
+        assert_eq!(keep(&records), [0, 2, 3, 4, 5]);
     }
 
     #[test]
