@@ -4,6 +4,7 @@
 //! for clients are published, and each client's thread fetches them.
 
 mod bus_news;
+mod epochs;
 mod keeping;
 mod order;
 mod report_log;
@@ -253,7 +254,7 @@ impl Reader<'_> {
             if !cut.is_empty() {
                 watch.newest_record_s = Some(watch.begun.elapsed().as_secs_f64());
             }
-            watch.given_up += self.hand_over(cut, intake.counts(), sender);
+            watch.given_up += self.hand_over(cut, intake.counts(), source, sender);
             if let Some(next) = next {
                 let counts = intake.counts();
                 let order = Order::Reload { config: Arc::clone(&next), counts, anew };
@@ -278,7 +279,7 @@ impl Reader<'_> {
                 watch.watchdog.as_mut().into_iter().for_each(Watchdog::tell);
             }
         }
-        self.keep_last(&mut intake, sender);
+        self.keep_last(&mut intake, source, sender);
         Ok(End::Outcome(Box::new(Outcome {
             clocks: None,
             finding: None,
@@ -299,20 +300,26 @@ impl Reader<'_> {
 
     /// Ends the present record at the end of the run, and waits for room in the queue. The solver takes no more time for the
     /// record then, but keeps it for the next daemon.
-    fn keep_last(&self, intake: &mut Intake, sender: &Sender<Order>) {
+    fn keep_last(&self, intake: &mut Intake, source: &dyn FrameSource, sender: &Sender<Order>) {
         let mut cut = Vec::new();
         intake.finish(keep_in(&mut cut));
-        for record in cut {
+        for record in dated(cut, source) {
             // Without a solver the record cannot be kept.
             let _ = sender.send(Order::Record(record, intake.counts()));
         }
     }
 
     /// Sends records to the solver. Returns the number of samples in the records for which there is no room.
-    fn hand_over(&self, records: Vec<Box<Record>>, counts: Counts, sender: &Sender<Order>) -> u64 {
+    fn hand_over(
+        &self,
+        records: Vec<Box<Record>>,
+        counts: Counts,
+        source: &dyn FrameSource,
+        sender: &Sender<Order>,
+    ) -> u64 {
         let mut given_up = 0;
         let first = counts.stream.records + 1 - records.len() as u64;
-        for (number, record) in (first..).zip(records) {
+        for (number, record) in (first..).zip(dated(records, source)) {
             info!("record {number} at pose {:.4?}", record.pose);
             let samples = record.force[0].len() as u64;
             match sender.try_send(Order::Record(record, counts)) {
@@ -359,6 +366,14 @@ impl Reader<'_> {
             frames_per_second,
         )));
     }
+}
+
+/// Gives records the times at which they began since 1970, which hold after a restart.
+fn dated(records: Vec<Box<Record>>, source: &dyn FrameSource) -> impl Iterator<Item = Box<Record>> {
+    records.into_iter().map(|mut record| {
+        record.start_s = source.since_1970_s(record.start_s);
+        record
+    })
 }
 
 /// Copies records, which are large, to the heap.

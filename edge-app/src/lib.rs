@@ -6,6 +6,7 @@ pub mod client;
 pub mod console;
 pub mod daemon;
 pub mod health;
+pub mod history;
 pub mod latest;
 pub mod manager;
 pub mod reload;

@@ -13,6 +13,7 @@ use clap::Parser;
 use flexid_edge::console::{self, PrintError};
 use flexid_edge::daemon::Daemon;
 use flexid_edge::health::{Health, Level};
+use flexid_edge::history;
 use flexid_edge::manager::Watchdog;
 use flexid_edge::reload::Reload;
 use flexid_edge::server::Listener;
@@ -85,6 +86,8 @@ fn check(arguments: &Arguments) -> ExitCode {
 fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let signals = Signals::catch().context("signals cannot be caught")?;
     let Some(config) = signals.read_config(&arguments.config)? else { return Ok(()) };
+    let store = Store::find(config.state.as_deref());
+    let history = history::folder(&config, store.as_ref())?;
     let bad = |section: &str, error: &dyn std::fmt::Display| {
         BadInput::new(&config.file, format!("[{section}] {error}"))
     };
@@ -99,7 +102,6 @@ fn run(arguments: &Arguments) -> anyhow::Result<()> {
         false => anyhow::Error::new(error),
     })?;
 
-    let store = Store::find(config.state.as_deref());
     if let Some(store) = &store {
         let (file, own) = (store.file().display(), store.clone());
         let claim =
@@ -112,7 +114,8 @@ fn run(arguments: &Arguments) -> anyhow::Result<()> {
     }
 
     let (stop, reload) = (Stop::new(), Reload::new());
-    let service = Service { config: &config, signals, stop: &stop, reload: &reload };
+    let service =
+        Service { config: &config, signals, stop: &stop, reload: &reload, store: store.as_ref() };
     let bytes = bus.health().receive_buffer_bytes;
     info!("reading {}, receive buffer {bytes} bytes", config.interface);
     for listener in &listeners {
@@ -121,6 +124,9 @@ fn run(arguments: &Arguments) -> anyhow::Result<()> {
     match &store {
         Some(store) => info!("keeps its numbers in {}", store.file().display()),
         None => info!("keeps its numbers until it ends: [state] names no file"),
+    }
+    if let Some(folder) = history {
+        info!("leaves the finding of each epoch in {}", folder.display());
     }
     let daemon = Daemon {
         config: &config,

@@ -8,8 +8,10 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::Duration;
 
+use flexid_edge::history;
 use flexid_edge::manager::notify;
 use flexid_edge::reload::Reload;
+use flexid_edge::store::Store;
 use flexid_edge::threads::Detached;
 use flexid_pipeline::config::Config;
 use flexid_pipeline::input::BadInput;
@@ -73,6 +75,7 @@ pub(crate) struct Service<'a> {
     pub(crate) signals: Signals,
     pub(crate) stop: &'a Stop,
     pub(crate) reload: &'a Reload,
+    pub(crate) store: Option<&'a Store>,
 }
 
 impl Service<'_> {
@@ -108,6 +111,9 @@ impl Service<'_> {
 
     /// Offers a config that was read again to the daemon.
     fn offer(&self, mut config: Config) {
+        if or_old(history::folder(&config, self.store)).is_none() {
+            return;
+        }
         let begun = self.config;
         let unchanged = |place: &str, same: bool| {
             if !same {

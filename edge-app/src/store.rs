@@ -149,20 +149,7 @@ impl Store {
     /// The file cannot be written. The state that was kept before stays.
     pub(crate) fn write(&self, bytes: &[u8]) -> Result<usize, ClaimError> {
         self.claim()?;
-        // The name is always the same: a file that a power cut leaves behind is overwritten, and files do not accumulate.
-        let new = self.beside(".new");
-        let written = || {
-            let mut file = File::create(&new)?;
-            file.write_all(bytes)?;
-            file.sync_all()?;
-            fs::rename(&new, &self.file)
-        };
-        written().inspect_err(|_| {
-            // An incomplete file takes room, perhaps the last.
-            let _ = fs::remove_file(&new);
-        })?;
-        // Not every file system can do this. A power cut may then bring back the state before, which is whole.
-        let _ = File::open(self.folder()).and_then(|folder| folder.sync_all());
+        write_whole(&self.file, &self.beside(".new"), bytes)?;
         Ok(bytes.len())
     }
 
@@ -236,9 +223,9 @@ impl Store {
         (sum.len() == 8 && sum.iter().all(u8::is_ascii_hexdigit)).then_some(other.is_none())
     }
 
-    fn folder(&self) -> &Path {
-        let folder = self.file.parent().filter(|folder| !folder.as_os_str().is_empty());
-        folder.unwrap_or(Path::new("."))
+    /// Returns the folder of the file.
+    pub fn folder(&self) -> &Path {
+        folder_of(&self.file)
     }
 
     fn beside(&self, ending: &str) -> PathBuf {
@@ -251,6 +238,29 @@ impl Store {
         // The value is whole between any two statements, so that a panic leaves it valid.
         self.claim.lock().unwrap_or_else(PoisonError::into_inner)
     }
+}
+
+/// Writes a file whole or not at all, in place of what is there: as `new` in the same folder, which is then renamed. The name of `new` is always
+/// the same: a file that a power cut leaves behind is overwritten, and files do not accumulate.
+pub(crate) fn write_whole(file: &Path, new: &Path, bytes: &[u8]) -> io::Result<()> {
+    let written = || {
+        let mut open = File::create(new)?;
+        open.write_all(bytes)?;
+        open.sync_all()?;
+        fs::rename(new, file)
+    };
+    written().inspect_err(|_| {
+        // An incomplete file takes room, perhaps the last.
+        let _ = fs::remove_file(new);
+    })?;
+    // Not every file system can do this. A power cut may then bring back the state before, which is whole.
+    let _ = File::open(folder_of(file)).and_then(|folder| folder.sync_all());
+    Ok(())
+}
+
+fn folder_of(file: &Path) -> &Path {
+    let folder = file.parent().filter(|folder| !folder.as_os_str().is_empty());
+    folder.unwrap_or(Path::new("."))
 }
 
 /// Reads a file. What is no regular file has no bytes.

@@ -43,6 +43,24 @@ fn a_pipe_is_no_configuration() {
     assert_eq!(String::from_utf8(output.stderr).unwrap(), expected);
 }
 
+/// It would have nowhere to leave its findings.
+#[test]
+fn a_history_needs_a_folder() {
+    let folder = tempfile::tempdir().unwrap();
+    let scenario = Path::new(env!("CARGO_MANIFEST_DIR")).join("../host-tools/scenario");
+    for name in ["mill3-edge.toml", "mill3-model.toml", "mill3.dbc"] {
+        fs::copy(scenario.join(name), folder.path().join(name)).unwrap();
+    }
+    let config = folder.path().join("mill3-edge.toml");
+    let text = fs::read_to_string(&config).unwrap();
+    fs::write(&config, text + "\n[history]\nepoch = \"1d\"\n").unwrap();
+    let mut edge = Command::new(EDGE);
+    let output = end(start(edge.env_remove("STATE_DIRECTORY").arg("--config").arg(&config)));
+    assert_eq!(output.status.code(), Some(2));
+    let error = String::from_utf8(output.stderr).unwrap();
+    assert!(error.contains("mill3-edge.toml: [history] folder is missing"), "{error}");
+}
+
 /// A file system hangs while the configuration is read: one SIGTERM ends the daemon all the same.
 #[test]
 fn sigterm_ends_a_daemon_whose_configuration_hangs() {

@@ -16,6 +16,7 @@ use flexid_wire::messages::{FromEdge, Phase, Progress};
 use flexid_wire::state;
 use tracing::{info, warn};
 
+use super::epochs::Epochs;
 use super::keeping::Keeping;
 use super::order::{Order, UnusedRecords, lock};
 use super::report_log::ReportLog;
@@ -37,6 +38,10 @@ pub(super) struct Solving<'a> {
     /// Records that the solver will not be given in this run.
     left: Vec<Arc<Record>>,
     keeping: Keeping<'a>,
+    epochs: Epochs<'a>,
+    /// Counts of what had come in at the newest record.
+    counts: Counts,
+    store: Option<&'a Store>,
     /// State of another measurement that could not be written.
     unwritten: Option<State>,
     latest: &'a Latest,
@@ -70,13 +75,16 @@ impl<'a> Solving<'a> {
             waiting,
             left: Vec::new(),
             keeping,
+            epochs: Epochs::new(config, store, stop)?,
+            counts: Counts::default(),
+            store,
             unwritten: None,
             latest,
             unused,
             stop,
         };
         solving.publish(&Counts::default());
-        solving.work_off(&Counts::default());
+        solving.work_off(&Counts::default())?;
         Ok(solving)
     }
 
@@ -91,6 +99,7 @@ impl<'a> Solving<'a> {
                 }
                 Err(RecvTimeoutError::Disconnected) => break,
             }
+            self.epochs.write();
         }
         self.solver.work(self.stop, || false, news(self.latest));
         if let Some(records) = self.solver.unused() {
@@ -102,14 +111,16 @@ impl<'a> Solving<'a> {
     fn obey(&mut self, order: Order, orders: &Receiver<Order>) -> io::Result<()> {
         match order {
             Order::Record(record, counts) => {
-                self.take(&Arc::from(record), &counts, || !orders.is_empty());
-                Ok(())
+                self.take(&Arc::from(record), &counts, || !orders.is_empty())
             }
             // The next daemon reads the config itself.
             Order::Reload { .. } if self.stop.requested() => Ok(()),
             Order::Reload { config, counts, anew } => {
                 let none = Counts::default();
                 let (ended, current) = if anew { (&counts, &none) } else { (&none, &counts) };
+                if anew {
+                    self.counts = none;
+                }
                 self.reload(&config, ended, current)
             }
         }
@@ -118,12 +129,21 @@ impl<'a> Solving<'a> {
     /// Takes a record and works on all unsettled records, until they settle or `more` records are to join them. The record is
     /// saved before this work, or in its midst, as soon as a write is due. If the end was requested, it is left for the next
     /// daemon instead.
-    fn take(&mut self, record: &Arc<Record>, counts: &Counts, more: impl Fn() -> bool) {
+    fn take(
+        &mut self,
+        record: &Arc<Record>,
+        counts: &Counts,
+        more: impl Fn() -> bool,
+    ) -> io::Result<()> {
+        if !self.stop.requested() && self.epochs.ends(&self.solver, record) {
+            self.end_epoch(record, counts)?;
+        }
         if self.stop.requested() {
             self.left.push(Arc::clone(record));
             self.solver.leave(1);
-            return;
+            return Ok(());
         }
+        self.counts = *counts;
         self.keeping.note_change(counts);
         let before = self.state(counts, Some(record));
         let Self { solver, keeping, latest, stop, .. } = self;
@@ -143,14 +163,42 @@ impl<'a> Solving<'a> {
         if settled {
             self.publish(counts);
         }
+        Ok(())
+    }
+
+    /// Settles the epoch before `next`, leaves its finding, and begins anew. If the end was requested, the epoch is left for the next daemon.
+    fn end_epoch(&mut self, next: &Arc<Record>, counts: &Counts) -> io::Result<()> {
+        self.keeping.note_change(counts);
+        let before = self.state(counts, Some(next));
+        let Self { solver, keeping, latest, stop, .. } = self;
+        let mut publish = news(latest);
+        solver.work(
+            stop,
+            || false,
+            |progress| {
+                publish(progress);
+                if keeping.due().is_some() {
+                    keeping.save(&before, counts);
+                }
+            },
+        );
+        if self.stop.requested() {
+            return Ok(());
+        }
+        self.epochs.take(&self.solver, &self.counts)?;
+        self.solver = self.solver.anew(&self.counts)?;
+        // From here on a restart begins with the next epoch.
+        self.keeping.save(&self.state(counts, Some(next)), counts);
+        Ok(())
     }
 
     /// Takes the records that wait.
-    fn work_off(&mut self, counts: &Counts) {
+    fn work_off(&mut self, counts: &Counts) -> io::Result<()> {
         while let Some(record) = self.waiting.pop_front() {
             let more = !self.waiting.is_empty();
-            self.take(&record, counts, || more);
+            self.take(&record, counts, || more)?;
         }
+        Ok(())
     }
 
     /// Continues under another config. `ended` counts what came in on a stream that ends with the old config, `current` what
@@ -172,8 +220,9 @@ impl<'a> Solving<'a> {
             }
             None => Solver::new(config)?,
         };
+        self.epochs.follow(config, self.store)?;
         self.publish(current);
-        self.work_off(current);
+        self.work_off(current)?;
         self.keeping.save(&self.state(current, None), current);
         Ok(())
     }
@@ -212,6 +261,7 @@ impl<'a> Solving<'a> {
 
     /// Saves the state, adds the last finding to `outcome`, and publishes it.
     pub(super) fn end(mut self, outcome: &mut Outcome) {
+        self.epochs.end();
         self.keeping.save(&self.state(&outcome.counts, None), &outcome.counts);
         outcome.finding = self.solver.finding(&outcome.counts, &outcome.troubles);
         if let Some(records) = self.solver.unused() {

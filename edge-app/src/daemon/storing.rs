@@ -1,4 +1,4 @@
-//! The store, whose file system may hang: the end of the daemon does not wait for it.
+//! Files, whose file system may hang: the end of the daemon does not wait for it.
 
 use std::cell::Cell;
 use std::io::{self, ErrorKind};
@@ -18,17 +18,22 @@ const LOOK: Duration = Duration::from_millis(200);
 /// (SD speed class 2: 2 MB/s).
 const LAST: Duration = Duration::from_secs(5);
 
-/// Access to a store.
-pub(super) struct Storing<'a> {
-    store: &'a Store,
+/// Access to files.
+pub(super) struct Access<'a> {
     stop: &'a Stop,
     /// True once the end did not wait for an access. There is no other then, so that nothing is written over what was not read.
     is_stuck: Cell<bool>,
 }
 
+/// Access to a store.
+pub(super) struct Storing<'a> {
+    store: &'a Store,
+    files: Access<'a>,
+}
+
 impl<'a> Storing<'a> {
     pub(super) fn new(store: &'a Store, stop: &'a Stop) -> Self {
-        Self { store, stop, is_stuck: Cell::new(false) }
+        Self { store, files: Access::new(stop) }
     }
 
     pub(super) fn store(&self) -> &'a Store {
@@ -44,7 +49,7 @@ impl<'a> Storing<'a> {
     pub(super) fn load(&self) -> io::Result<Option<State>> {
         let loaded = self.access("reading", Store::load);
         if let Err(error) = &loaded
-            && self.is_stuck.get()
+            && self.files.is_stuck.get()
         {
             warn!("{}: cannot be read: {error}", self.store.file().display());
             return Ok(None);
@@ -74,20 +79,33 @@ impl<'a> Storing<'a> {
         done.inspect_err(|error| warn!("{file}: cannot be accessed: {error}")).ok()
     }
 
-    /// Returns the result of `access`, which is `named` in the log if it is late.
     fn access<T: Send + 'static>(
         &self,
         named: &str,
         access: impl FnOnce(&Store) -> T + Send + 'static,
+    ) -> io::Result<T> {
+        let store = self.store.clone();
+        self.files.access(format!("{named} {}", store.file().display()), move || access(&store))
+    }
+}
+
+impl<'a> Access<'a> {
+    pub(super) fn new(stop: &'a Stop) -> Self {
+        Self { stop, is_stuck: Cell::new(false) }
+    }
+
+    /// Returns the result of `access`, which is `named` in the log if it is late.
+    pub(super) fn access<T: Send + 'static>(
+        &self,
+        named: String,
+        access: impl FnOnce() -> T + Send + 'static,
     ) -> io::Result<T> {
         let does_not_answer =
             || io::Error::new(ErrorKind::TimedOut, "the file system does not answer");
         if self.is_stuck.get() {
             return Err(does_not_answer());
         }
-        let (store, named) =
-            (self.store.clone(), format!("{named} {}", self.store.file().display()));
-        let mut work = Detached::begin("flexid-store", named, move || access(&store))?;
+        let mut work = Detached::begin("flexid-store", named, access)?;
         let mut end = None;
         loop {
             if let Some(done) = work.wait(LOOK)? {

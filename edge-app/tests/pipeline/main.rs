@@ -1,5 +1,6 @@
 //! The daemon and the offline tool on the same frames.
 
+mod epochs;
 mod finding;
 mod frames;
 mod joining;

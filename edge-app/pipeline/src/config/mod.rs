@@ -3,6 +3,7 @@
 mod accuracy;
 mod bounds;
 mod fingerprint;
+mod history;
 mod listen;
 mod mounting;
 mod parameter;
@@ -38,6 +39,7 @@ pub use flexid_core::sensors::Accelerometer;
 pub use accuracy::loose;
 pub use bounds::BoundsSection;
 pub use fingerprint::{Fingerprint, Validity};
+pub use history::{Epoch, History};
 pub use listen::{Listen, ListenError, SocketAccess};
 use recording::{Recording, Sections, Use};
 pub use sections::{Axes, ChannelsSection, ClocksKey, ForceAxes, SignalsSection};
@@ -98,6 +100,8 @@ pub struct Config {
     pub socket_access: SocketAccess,
     /// File in which the daemon keeps its state. `None` if `[state]` is left out.
     pub state: Option<PathBuf>,
+    /// Epochs of the daemon. `None` if `[history]` is left out: all of life is one.
+    pub history: Option<History>,
     /// Seed of the random search. The same seed and the same frames give the same report.
     pub seed: u64,
     /// File with truth, forces and noise of the simulated robot. The daemon does not read it.
@@ -171,6 +175,9 @@ impl Config {
         let listen = listen(&raw.server.listen, base).map_err(bad)?;
         let socket_access =
             SocketAccess::new(raw.server.socket_mode, raw.server.socket_group).map_err(bad)?;
+
+        let history = raw.history.as_ref().map(|section| history::history(section, base));
+        let history = history.transpose().map_err(bad)?;
 
         let model_file = base.join(&raw.model.file);
         let dbc_file = raw.bus.as_ref().map(|bus| base.join(&bus.dbc));
@@ -281,6 +288,7 @@ impl Config {
             listen,
             socket_access,
             state: raw.state.map(|state| base.join(state.file)),
+            history,
             seed: raw.search.seed,
             scenario: raw.simulation.map(|simulation| base.join(simulation.scenario)),
         })

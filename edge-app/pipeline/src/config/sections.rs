@@ -40,6 +40,7 @@ pub(super) struct File {
     #[serde(default)]
     pub(super) server: ServerSection,
     pub(super) state: Option<StateSection>,
+    pub(super) history: Option<HistorySection>,
     pub(super) simulation: Option<SimulationSection>,
 }
 
@@ -297,6 +298,17 @@ pub(super) struct ServerSection {
 #[serde(deny_unknown_fields)]
 pub(super) struct StateSection {
     pub(super) file: PathBuf,
+}
+
+/// Epochs of the daemon, of which each has a finding of its own. Without the section all of life is one.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct HistorySection {
+    /// Duration of an epoch.
+    pub(super) epoch: Option<String>,
+    /// Number of records of an epoch.
+    pub(super) records: Option<u64>,
+    pub(super) folder: Option<PathBuf>,
 }
 
 #[derive(Deserialize)]

@@ -1,6 +1,7 @@
 //! Makes an estimate of the parameters from records.
 
 mod course;
+mod epoch;
 mod experiment;
 mod finding;
 mod fitted;

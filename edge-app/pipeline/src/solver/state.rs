@@ -149,7 +149,8 @@ impl Retired {
     }
 }
 
-/// Counts of what came in before this run, as far as reports contain them.
+/// Counts of what came in before this run, as far as reports contain them. An epoch that begins in the midst of a run has less than none
+/// before it: the numbers wrap, and are right again when the counts of the run are added.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub(super) struct Earlier {
     frames: u64,
@@ -217,9 +218,19 @@ impl Earlier {
     pub(super) fn and(self, counts: &Counts) -> Self {
         let Counts { stream, .. } = counts;
         Self {
-            frames: self.frames.saturating_add(stream.frames),
-            frames_lost: self.frames_lost.saturating_add(stream.frames_lost),
-            bridged: self.bridged.saturating_add(stream.bridged),
+            frames: self.frames.wrapping_add(stream.frames),
+            frames_lost: self.frames_lost.wrapping_add(stream.frames_lost),
+            bridged: self.bridged.wrapping_add(stream.bridged),
+        }
+    }
+
+    /// Returns these counts less `counts`, which have come in before the epoch.
+    pub(super) fn without(self, counts: &Counts) -> Self {
+        let Counts { stream, .. } = counts;
+        Self {
+            frames: self.frames.wrapping_sub(stream.frames),
+            frames_lost: self.frames_lost.wrapping_sub(stream.frames_lost),
+            bridged: self.bridged.wrapping_sub(stream.bridged),
         }
     }
 

@@ -36,6 +36,11 @@ pub trait FrameSource: Send {
 
     /// Returns the condition of the source.
     fn health(&self) -> SourceHealth;
+
+    /// Converts a time on the clock of the source, s, to one since 1970. The clock of a recording mostly counts from then.
+    fn since_1970_s(&self, time_s: f64) -> f64 {
+        time_s
+    }
 }
 
 /// End of a source, or more to come.

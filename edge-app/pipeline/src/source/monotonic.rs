@@ -59,6 +59,11 @@ impl Offset {
         time_ns.unwrap_or(self.looked_ns) as f64 / 1e9
     }
 
+    /// Converts a time on CLOCK_MONOTONIC to CLOCK_REALTIME as it is set now, s.
+    pub(super) fn realtime_s(&self, monotonic_s: f64) -> f64 {
+        monotonic_s + self.now_ns.unwrap_or(0) as f64 / 1e9
+    }
+
     /// Returns the time of the newest measurement, on CLOCK_MONOTONIC, s.
     pub(super) fn looked_s(&self) -> f64 {
         self.looked_ns as f64 / 1e9
@@ -91,6 +96,9 @@ mod tests {
                     let stamp = Duration::from_nanos(realtime_ns(at_ns) as u64);
                     let error = offset.monotonic_s(stamp) - at_ns as f64 / 1e9;
                     assert!(error.abs() < 1e-6, "{error} s, batch {batch}, step {step_ns}");
+                    let again = offset.realtime_s(at_ns as f64 / 1e9);
+                    let set_s = (again - realtime_ns(looked_ns) as f64 / 1e9).abs();
+                    assert!(set_s < 0.06, "{again} s, batch {batch}, step {step_ns}");
                 }
             }
         }

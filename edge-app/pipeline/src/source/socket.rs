@@ -232,6 +232,10 @@ impl FrameSource for CanSocket {
             elsewhere: Vec::new(),
         }
     }
+
+    fn since_1970_s(&self, time_s: f64) -> f64 {
+        self.offset.realtime_s(time_s)
+    }
 }
 
 impl AsFd for CanSocket {
