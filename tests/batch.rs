@@ -1,5 +1,5 @@
 //! Many recordings, as the manual runs them: GNU parallel is killed in the midst and goes on, and what a task of a cluster runs.
-//! The commands are those of the manual.
+//! The commands are those of the manual, the scripts those beside the scenario.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -48,7 +48,10 @@ fn run(folder: &Path, script: &str, status: i32) -> String {
 /// A folder with recordings of a robot, and a list of them.
 fn folder(setup: &str) -> TempDir {
     let folder = tempfile::tempdir().unwrap();
-    for file in ["mill3.toml", "mill3.urdf", "mill3.dbc", "mill3-model.toml"] {
+    let scripts = ["one.sh", "part.sh"];
+    for file in
+        ["mill3.toml", "mill3.urdf", "mill3.dbc", "mill3-model.toml"].into_iter().chain(scripts)
+    {
         fs::copy(Path::new(SCENARIO).join(file), folder.path().join(file)).unwrap();
     }
     let edge = Path::new(SCENARIO).join("mill3-edge.toml");
@@ -85,7 +88,7 @@ fn session(leader: u32) -> Vec<i32> {
 #[test]
 fn a_batch_that_is_killed_in_the_midst_goes_on_to_the_same_table() {
     let blocks = blocks();
-    let [setup, parallel, part, sbatch, job, join] = &blocks[..] else { panic!("{blocks:#?}") };
+    let [setup, parallel, sbatch, join] = &blocks[..] else { panic!("{blocks:#?}") };
     let whole = folder(setup);
     // Its exit status is the number of jobs that failed.
     run(whole.path(), parallel, 1);
@@ -132,9 +135,9 @@ fn a_batch_that_is_killed_in_the_midst_goes_on_to_the_same_table() {
     assert_eq!(fs::read_to_string(killed.path().join("table.csv")).unwrap(), uninterrupted);
 
     // What a cluster runs, some of the lines being lost.
-    run(whole.path(), part, 0);
     let (_, wrapped) = sbatch.split_once("--wrap '").unwrap();
     let slurm = wrapped.split_once('\'').unwrap().0;
+    let job = fs::read_to_string(Path::new(SCENARIO).join("job.yaml")).unwrap();
     let (_, command) = job.split_once("command: [sh, -c, \"").unwrap();
     let kubernetes = command.split_once('"').unwrap().0;
     for (variable, task, number) in [
