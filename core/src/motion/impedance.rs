@@ -67,24 +67,40 @@ impl<T: ComplexField<RealField = f64> + Copy> Impedance<T> {
         Self { joints }
     }
 
+    pub(super) fn joints(&self) -> usize {
+        self.joints.len()
+    }
+
     /// `(s²M + sD + K)⁻¹ ρ`: elongations under the generalised loads `load`.
     pub(super) fn solve(&self, load: &Phasors<T>) -> Phasors<T> {
         let mut moved = [Vector6::zeros(); MAX_JOINTS];
         let mut passed = Vector6::zeros();
         for (index, joint) in self.joints.iter().enumerate().rev() {
-            moved[index] = joint.compliance * (load[index] - passed);
+            moved[index] = product(&joint.compliance, &(load[index] - passed));
             let held = load[index] - joint.bushing.component_mul(&moved[index]);
             passed = joint.carry.tr_mul(&held);
         }
         let mut elongation = [Vector6::zeros(); MAX_JOINTS];
         let mut before = Vector6::zeros();
         for (index, joint) in self.joints.iter().enumerate() {
-            let carried = joint.carry * before;
-            before = moved[index] + joint.compliance * joint.bushing.component_mul(&carried);
+            let carried = product(&joint.carry, &before);
+            let pulled = joint.bushing.component_mul(&carried);
+            before = moved[index] + product(&joint.compliance, &pulled);
             elongation[index] = before - carried;
         }
         elongation
     }
+}
+
+/// The same bits as by the operator, which also multiplies each entry by two factors of one: of complex numbers a third of the work.
+fn product<T: ComplexField + Copy>(matrix: &Matrix6<T>, vector: &Vector6<T>) -> Vector6<T> {
+    let mut sum = matrix.column(0) * vector[0];
+    for column in 1..6 {
+        for row in 0..6 {
+            sum[row] += matrix[(row, column)] * vector[column];
+        }
+    }
+    sum
 }
 
 /// `S⁻¹ X S₋` with the motion subspaces S of this bushing and S₋ of the bushing `before`.

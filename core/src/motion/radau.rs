@@ -24,6 +24,7 @@ use super::impedance::Impedance;
 use super::inverse::Imbalance;
 use super::travel::Travel;
 use super::{Coordinates, EquationOfMotion, Loads, State};
+use crate::MAX_JOINTS;
 
 /// Largest remaining imbalance, as a part of the loads.
 const TOLERANCE: f64 = 1e-12;
@@ -140,17 +141,19 @@ impl<T: ComplexField<RealField = f64> + Copy> Mode<T> {
 
     /// Adds this mode's part of the correction that cancels the imbalances.
     fn correct(&self, imbalances: &[Imbalance; 3], acceleration: &mut [Coordinates; 3]) {
-        let load = core::array::from_fn(|joint| {
-            let [first, second, third] = imbalances.each_ref().map(|one| one.load[joint]);
-            Vector6::from_fn(|dof, _| {
-                let parts = Vector3::new(first[dof], second[dof], third[dof]).map(T::from_real);
-                -(self.left * parts).x
-            })
-        });
+        let joints = self.impedance.joints();
+        let mut load = [Vector6::zeros(); MAX_JOINTS];
+        for (joint, load) in load.iter_mut().enumerate().take(joints) {
+            let [first, second, third] = imbalances.each_ref().map(|one| &one.load[joint]);
+            *load = Vector6::from_fn(|dof, _| {
+                let two = self.left[0].scale(first[dof]) + self.left[1].scale(second[dof]);
+                -(two + self.left[2].scale(third[dof]))
+            });
+        }
         let solution = self.impedance.solve(&load);
         for (stage, acceleration) in acceleration.iter_mut().enumerate() {
             let part = self.right[stage] * self.s * self.s;
-            for (acceleration, elongation) in acceleration.iter_mut().zip(&solution) {
+            for (acceleration, elongation) in acceleration.iter_mut().zip(&solution).take(joints) {
                 *acceleration += elongation.map(|elongation| (part * elongation).real());
             }
         }
