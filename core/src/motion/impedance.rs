@@ -92,7 +92,8 @@ impl<T: ComplexField<RealField = f64> + Copy> Impedance<T> {
     }
 }
 
-/// The same bits as by the operator, which also multiplies each entry by two factors of one: of complex numbers a third of the work.
+/// Product of a matrix and a vector. The operator of nalgebra also multiplies each entry by two factors of one, which of complex numbers is
+/// three times the work.
 fn product<T: ComplexField + Copy>(matrix: &Matrix6<T>, vector: &Vector6<T>) -> Vector6<T> {
     let mut sum = matrix.column(0) * vector[0];
     for column in 1..6 {
