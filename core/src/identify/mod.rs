@@ -131,7 +131,7 @@ pub struct Identifier<R> {
     refinement: Refinement,
     /// Number of continuations of the present refinement.
     prolongations: u32,
-    /// How often the refinement of the present start has gone on since the movement of the model had changed.
+    /// How often the present refinement, or the present fit to the plant, has gone on since the movement of the model had changed.
     movements: u32,
     /// Searches since the records last changed.
     starts: u32,
@@ -373,7 +373,7 @@ impl<R: Rng> Identifier<R> {
                         };
                         outcome != Outcome::Improving
                     });
-                    if is_over {
+                    if is_over && !self.goes_on_moving(experiments, plant.as_deref_mut()) {
                         self.judge_on_plant(experiments, plant);
                     }
                     return self.phase;
@@ -395,7 +395,10 @@ impl<R: Rng> Identifier<R> {
                     _ => false,
                 };
                 let is_over = outcome != Outcome::Improving || is_over || self.is_back();
-                if is_over && !self.goes_on_with_all_bins() && !self.goes_on_moving(experiments) {
+                if is_over
+                    && !self.goes_on_with_all_bins()
+                    && !self.goes_on_moving(experiments, None)
+                {
                     self.judge(experiments, plant);
                 }
             }

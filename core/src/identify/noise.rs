@@ -45,7 +45,7 @@ impl<R> Identifier<R> {
         let mut moves = false;
         if plant.is_none() {
             self.refinement.restart_at(&estimate.coordinates);
-            moves = self.follows_movement(experiments);
+            moves = self.follows_movement(experiments, None);
         }
         let bins = experiments.iter().map(Experiment::bins).sum();
         let records = experiments.iter().take(MAX_EXPERIMENTS).enumerate();
@@ -60,24 +60,30 @@ impl<R> Identifier<R> {
             || estimate.consistency <= FOREIGN && cut_noise::replace(experiments, shown)
     }
 
-    /// Gives the divided records the movement of the model where the refinement of a start has ended, up to [`MAX_NOISE_ROUNDS`] times. Returns
-    /// whether the refinement goes on with it.
+    /// Gives the divided records the movement of the model where the refinement of a start has ended, or that of the plant where a fit to it has, up
+    /// to [`MAX_NOISE_ROUNDS`] times. Returns whether the refinement, or the fit, goes on with it.
     pub(super) fn goes_on_moving<const B: usize>(
         &mut self,
         experiments: &mut [Experiment<B>],
+        plant: Option<&mut Plant>,
     ) -> bool {
-        let may_go_on = matches!(self.purpose, Purpose::Start) && self.movements < MAX_NOISE_ROUNDS;
-        let goes_on = may_go_on && self.follows_movement(experiments);
+        let may_go_on = matches!(self.purpose, Purpose::Start | Purpose::Plant { .. })
+            && self.movements < MAX_NOISE_ROUNDS;
+        let goes_on = may_go_on && self.follows_movement(experiments, plant);
         self.movements = if goes_on { self.movements + 1 } else { 0 };
         goes_on
     }
 
-    /// Gives the divided records the movement of the model where the refinement stands. Returns whether the refinement gains by another step then.
+    /// Gives the divided records the movement of the model where the refinement stands, or that of the plant. Returns whether another step gains by it.
     #[inline(never)]
-    fn follows_movement<const B: usize>(&mut self, experiments: &mut [Experiment<B>]) -> bool {
+    pub(super) fn follows_movement<const B: usize>(
+        &mut self,
+        experiments: &mut [Experiment<B>],
+        plant: Option<&mut Plant>,
+    ) -> bool {
         let Self { chain, measurement, bounds, sought, statics, refinement, .. } = self;
         let problem = Problem { chain, measurement, bounds, sought, statics, level: self.level };
-        refinement.follow_movement(&problem, None, experiments) > MOVED
+        refinement.follow_movement(&problem, plant, experiments) > MOVED
     }
 
     /// Raises the noise at the lines of the divided records. Returns whether that changes it.

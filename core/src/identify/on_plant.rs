@@ -80,7 +80,7 @@ impl<R: Rng> Identifier<R> {
     #[inline(never)]
     pub(super) fn judge_on_plant<const B: usize>(
         &mut self,
-        experiments: &[Experiment<B>],
+        experiments: &mut [Experiment<B>],
         mut plant: Option<&mut Plant>,
     ) {
         let purpose = mem::take(&mut self.purpose);
@@ -100,7 +100,7 @@ impl<R: Rng> Identifier<R> {
             if self.is_to_be_deferred(plant, from) {
                 self.defer(plant, judged);
                 found.of_plant = Some(Judged::of(&found.fit));
-                self.stand_at(&found, experiments);
+                self.return_to(&found, experiments);
                 return self.decide(found, experiments, Some(plant));
             }
             if !self.believes_deferred_beside(&judged, true) {
@@ -118,11 +118,12 @@ impl<R: Rng> Identifier<R> {
             if before.is_none()
                 && let Some(plant) = plant.as_deref_mut()
             {
-                self.stand_at(&found, experiments);
+                self.return_to(&found, experiments);
                 return self.fit_to_plant(found, FitStart::Minimum, experiments, plant);
             }
         }
         if from == FitStart::Best {
+            self.return_to(&found, experiments);
             self.settle(&mut found, Acceptance::Unsettled, experiments);
             self.is_fitted_to_plant = plant.is_some();
             return;
@@ -148,13 +149,20 @@ impl<R: Rng> Identifier<R> {
             && let Some(mut best) = self.best.take()
         {
             if !(found.is_beyond_doubt() && found.is_clearly_better_than(&best)) {
-                self.stand_at(&best, experiments);
+                self.return_to(&best, experiments);
                 return self.conclude(&mut best, acceptance, experiments);
             }
             self.replace_by_branch();
         }
-        self.stand_at(&found, experiments);
+        self.return_to(&found, experiments);
         self.decide(found, experiments, plant);
+    }
+
+    /// Returns to a minimum from a fit to the plant, and to the movement of the model there.
+    fn return_to<const B: usize>(&mut self, minimum: &Minimum, experiments: &mut [Experiment<B>]) {
+        self.refinement.restart_at(&minimum.coordinates);
+        self.follows_movement(experiments, None);
+        self.stand_at(minimum, experiments);
     }
 
     /// Returns where the fit has ended whose imperfections the model has, if this fit is as good and has ended in the same place. `found` is the

@@ -77,11 +77,11 @@ fn noise_in_seams_is_no_information() {
         let noise = divided.force_noise.iter_mut().chain(&mut divided.acceleration_noise);
         noise.flatten().for_each(|mean_square| *mean_square *= 0.01);
         let whole = Record { path: heapless::Vec::new(), ..along(PARTS) };
-        let whole = Experiment::new(&chain, &measurement, &whole, &mut [0.0; SAMPLES]).unwrap();
+        let mut whole = Experiment::new(&chain, &measurement, &whole, &mut [0.0; SAMPLES]).unwrap();
         let mut refinement = Box::new(Refinement::new(&sought, &bushings()));
         let mut plant = Box::new(Plant::new(&Accuracies::typical(), &chain));
-        let mut wider = |experiment: &Experiment<BINS>| {
-            let own = core::slice::from_ref(experiment);
+        let mut wider = |experiment: &mut Experiment<BINS>| {
+            let own = core::slice::from_mut(experiment);
             refinement.restart_at(&sought.coordinates(&bushings()));
             refinement.restart_plant_to(&mut plant, own);
             while refinement.step_plant(&problem, own, &mut plant) == Outcome::Improving {}
@@ -95,9 +95,34 @@ fn noise_in_seams_is_no_information() {
             let ratios = (0..sought.unknowns()).map(ratio);
             ratios.fold([f64::INFINITY, 0.0_f64], |[least, most], it| [least.min(it), most.max(it)])
         };
-        assert_eq!(wider(&whole), [1.0, 1.0]);
-        let [least, most] = wider(&divided);
+        assert_eq!(wider(&mut whole), [1.0, 1.0]);
+        let [least, most] = wider(&mut divided);
         assert!(least > 0.999 && most > 1.001, "{least} to {most}");
+    });
+}
+
+/// A fit that begins at the end of a descent gives a divided record its movement when a level ends, and a whole record none.
+#[test]
+fn a_level_that_ends_gives_the_movement_of_the_plant() {
+    on_large_stack(|| {
+        let (chain, bounds, measurement) = (chain(), bounds(), measurement());
+        let sought = Sought::parameters_of(&chain);
+        let problem = problem(&chain, &measurement, &bounds, &sought);
+        let (mut divided, _) = divided_and_alone(&measurement);
+        let whole = Record { path: heapless::Vec::new(), ..along(PARTS) };
+        let mut whole = Experiment::new(&chain, &measurement, &whole, &mut [0.0; SAMPLES]).unwrap();
+        let mut refinement = Box::new(Refinement::new(&sought, &bushings()));
+        let mut plant = Box::new(Plant::new(&Accuracies::typical(), &chain));
+        let mut moves = |experiments: &mut [Experiment<BINS>]| {
+            let before = experiments[0].movement.order.re.clone();
+            refinement.restart_plant_from_descent(&mut plant, experiments);
+            while !plant.is_on_last_level() {
+                refinement.step_plant(&problem, experiments, &mut plant);
+            }
+            experiments[0].movement.order.re != before
+        };
+        assert!(moves(core::slice::from_mut(&mut *divided)));
+        assert!(!moves(core::slice::from_mut(&mut whole)));
     });
 }
 

@@ -113,11 +113,12 @@ impl Refinement {
     }
 
     /// Tries one step over unknowns and imperfections, by Levenberg and Marquardt's method. The refinement stays where it is. Where the
-    /// fit has ended, it may go on: with all bins, or with accuracies restated that the data contradict.
+    /// fit has ended, it may go on: with all bins, or with accuracies restated that the data contradict. Where a level ends, the movement in the parts
+    /// of divided experiments becomes that of the plant.
     pub(crate) fn step_plant<const B: usize>(
         &mut self,
         problem: &Problem<'_>,
-        experiments: &[Experiment<B>],
+        experiments: &mut [Experiment<B>],
         plant: &mut Plant,
     ) -> Outcome {
         let (domain, mut objective, minimiser, point) =
@@ -125,6 +126,7 @@ impl Refinement {
         let standing = minimiser.linearised.then(|| minimiser.normal.sum_of_squares());
         let outcome = minimiser.step(&domain, &mut objective, point).unwrap_or(Outcome::Exhausted);
         if plant.go_on_to_next_level(outcome, standing.unwrap_or(f64::INFINITY)) {
+            self.follow_movement(problem, Some(plant), experiments);
             return Outcome::Improving;
         }
         if outcome == Outcome::Improving {
@@ -170,7 +172,7 @@ impl Refinement {
     pub(crate) fn step_plant_or_give_up<const B: usize>(
         &mut self,
         problem: &Problem<'_>,
-        experiments: &[Experiment<B>],
+        experiments: &mut [Experiment<B>],
         plant: &mut Plant,
     ) -> Outcome {
         let outcome = self.step_plant(problem, experiments, plant);

@@ -352,7 +352,7 @@ fn the_jackknife_agrees_with_the_noise() {
         let sought = Sought::new(2).unwrap();
         let problem = problem(&chain, &measurement, &bounds, &sought);
         let mut random = Xoshiro256PlusPlus::seed_from_u64(3);
-        let experiments = [POSE, [-0.5, 0.6]].map(|pose| {
+        let mut experiments = [POSE, [-0.5, 0.6]].map(|pose| {
             let record = record(&mut random);
             let experiment =
                 Experiment::<BINS>::new(&chain, &measurement, &record, &mut [0.0; SAMPLES]);
@@ -369,7 +369,7 @@ fn the_jackknife_agrees_with_the_noise() {
         let mut plant = Box::new(Plant::new(&accuracies, &chain));
         let mut refinement = Box::new(Refinement::new(&sought, &bushings()));
         refinement.restart_plant(&mut plant, 2, false);
-        while refinement.step_plant(&problem, &experiments, &mut plant) == Outcome::Improving {}
+        while refinement.step_plant(&problem, &mut experiments, &mut plant) == Outcome::Improving {}
         let (fit, _) = refinement.fit_plant(&problem, &experiments, &mut plant).unwrap();
         let mut widened = fit.clone();
         let found = refinement.bushings(&sought);
@@ -410,11 +410,11 @@ fn scatter_of_copies<const N: usize>(accuracies: Accuracies) -> [f64; 24] {
         let model = modelled::perfect(&problem, &sought.coordinates(&bushings()), Site::tcp(&POSE))
             .unwrap();
         let one = noisy(one.unwrap(), &model, &mut random);
-        let experiments: [_; N] = core::array::from_fn(|_| one.clone());
+        let mut experiments: [_; N] = core::array::from_fn(|_| one.clone());
         let mut plant = Box::new(Plant::new(&accuracies, &chain));
         let mut refinement = Box::new(Refinement::new(&sought, &bushings()));
         refinement.restart_plant(&mut plant, N, false);
-        while refinement.step_plant(&problem, &experiments, &mut plant) == Outcome::Improving {}
+        while refinement.step_plant(&problem, &mut experiments, &mut plant) == Outcome::Improving {}
         refinement.fit_plant(&problem, &experiments, &mut plant).unwrap();
         let all = refinement.jackknife_plant(&problem, &experiments, &mut plant, 1.0).unwrap();
         core::array::from_fn(|unknown| all[unknown])

@@ -36,24 +36,25 @@ fn retired_records_contradict_those_of_another_robot() {
                 noisy(made, &model, &mut random)
             })
         };
-        let [first, second, other] = [bushings(), bushings(), softer].map(|own| cut(&own));
+        let [mut first, mut second, mut other] =
+            [bushings(), bushings(), softer].map(|own| cut(&own));
         let accuracies = Accuracies { delay: 1e-6, ..Accuracies::default() };
         let mut plant = Box::new(Plant::new(&accuracies, &chain));
         let mut refinement = Box::new(Refinement::new(&sought, &bushings()));
         let contradicts =
-            |refinement: &mut Refinement, plant: &mut Plant, cut: &[Experiment<BINS>; 2]| {
+            |refinement: &mut Refinement, plant: &mut Plant, cut: &mut [Experiment<BINS>; 2]| {
                 refinement.restart_plant(plant, 2, false);
                 while refinement.step_plant(&problem, cut, plant) == Outcome::Improving {}
                 refinement.fit_plant(&problem, cut, plant).unwrap();
                 plant.contradicts_retired(&problem, 1.0)
             };
-        assert!(!contradicts(&mut refinement, &mut plant, &first));
+        assert!(!contradicts(&mut refinement, &mut plant, &mut first));
         refinement.retire_on_plant(&problem, &first[0], 0, &mut plant).unwrap();
-        assert!(!contradicts(&mut refinement, &mut plant, &second));
-        assert!(contradicts(&mut refinement, &mut plant, &other));
+        assert!(!contradicts(&mut refinement, &mut plant, &mut second));
+        assert!(contradicts(&mut refinement, &mut plant, &mut other));
         refinement.follow_retired(&mut plant);
         assert_eq!(refinement.forget_retired(&sought, &mut plant), 1);
         assert_eq!(plant.retired(), 0);
-        assert!(!contradicts(&mut refinement, &mut plant, &other));
+        assert!(!contradicts(&mut refinement, &mut plant, &mut other));
     });
 }
